@@ -1,0 +1,11 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <pybind11/pybind11.h>
+
+namespace fabric::planner {
+
+// One function a binding file; each adds its classes to the module.
+void bindPomdp(pybind11::module_& module);
+
+}  // namespace fabric::planner

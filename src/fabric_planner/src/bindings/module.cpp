@@ -1,0 +1,7 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "bindings.hpp"
+
+PYBIND11_MODULE(_core, module) {
+  module.doc() = "Planner core of FABRIC (C++); use `import fabric_planner`.";
+  fabric::planner::bindPomdp(module);
+}
