@@ -1,0 +1,241 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""The words every FABRIC command understands, `name:=value`, checked before anything starts.
+
+Needs the standard library only: `./fabric` refuses a bad value before the workspace is built.
+"""
+from __future__ import annotations
+
+import dataclasses
+import datetime
+import itertools
+import math
+import os
+import sys
+from collections.abc import Callable, Sequence
+
+SCENARIOS = ("inspection", "sorting")
+POLICIES = ("abps", "proactive", "reactive", "none")
+HUMAN_TYPES = tuple(
+    "_".join(corner)
+    for corner in itertools.product(
+        ("beginner", "expert"),
+        ("tired", "rested"),
+        ("distracted", "attentive"),
+        ("collaborative", "noncollaborative"),
+    )
+)
+MODEL_SUFFIXES = (".pomdpx", ".pomdp")
+LARGEST_INT = 2**31 - 1  # what a ROS parameter can hold
+
+
+class ArgumentError(ValueError):
+    """A word that is refused; the message names it, its value and what is allowed."""
+
+
+def _integer(text: str, least: int) -> str:
+    if not text.isascii() or not text.isdigit() or not least <= int(text) <= LARGEST_INT:
+        raise ArgumentError(f"a whole number from {least} to {LARGEST_INT}")
+    return str(int(text))
+
+
+def tasks(text: str) -> str:
+    """A positive number of tasks."""
+    return _integer(text, 1)
+
+
+def seed(text: str) -> str:
+    """A root seed, 0 or more."""
+    return _integer(text, 0)
+
+
+def boolean(text: str) -> str:
+    """true or false, as roslaunch wants them."""
+    return one_of(("true", "false"))(text)
+
+
+def one_of(allowed: Sequence[str]) -> Callable[[str], str]:
+    """A check that takes exactly the words of `allowed`."""
+
+    def check(text: str) -> str:
+        if text not in allowed:
+            raise ArgumentError(f"one of {', '.join(allowed)}")
+        return text
+
+    return check
+
+
+def speed(text: str) -> str:
+    """Times real time, above 0; `max` is as fast as the computer can."""
+    if text == "max":
+        return "0"
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not (math.isfinite(value) and 0 < value <= 1000):
+        raise ArgumentError("a number above 0 up to 1000 (times real time), or max")
+    return repr(value)
+
+
+def _model_file(text: str) -> str | None:
+    """Absolute path if `text` looks like a model file; one that is not there is refused."""
+    if not text.lower().endswith(MODEL_SUFFIXES):
+        return None
+    if not os.path.isfile(text):
+        raise ArgumentError("a model file that exists")
+    return os.path.abspath(text)
+
+
+def _dials(text: str) -> str | None:
+    """Four numbers e,s,a,c in [0, 1] (expertise, stamina, attention, collaborativeness)."""
+    parts = text.split(",")
+    if len(parts) == 1:
+        return None
+    try:
+        values = [float(part) for part in parts]
+    except ValueError:
+        values = []
+    if len(values) != 4 or not all(0.0 <= value <= 1.0 for value in values):
+        raise ArgumentError("four numbers in [0, 1]: expertise,stamina,attention,collaborativeness")
+    return text
+
+
+def human(text: str) -> str:
+    """A known type, four dials, a worker model file, random (one a run) or mixed (one a task)."""
+    found = _model_file(text) or _dials(text)
+    if found is not None:
+        return found
+    if text in HUMAN_TYPES + ("random", "mixed"):
+        return text
+    if text == "manual":
+        raise ArgumentError("a simulated person (manual is not available yet in this version)")
+    raise ArgumentError(
+        "random, mixed, four numbers e,s,a,c in [0, 1], a model file (.pomdpx), "
+        "or one of the types "
+        + ", ".join(HUMAN_TYPES)
+    )
+
+
+def policy(text: str) -> str:
+    """A policy by name, or a decision model file."""
+    return _model_file(text) or one_of((*POLICIES, "a model file (.pomdpx)"))(text)
+
+
+def sensing(text: str) -> str:
+    """How the person is seen."""
+    if text == "camera":
+        raise ArgumentError("direct (camera is not available yet in this version)")
+    return one_of(("direct",))(text)
+
+
+def out_dir(text: str) -> str:
+    """Absolute folder of the record; one that already holds a run is refused."""
+    if not text or "\n" in text:
+        raise ArgumentError("the path of a folder")
+    path = os.path.abspath(os.path.expanduser(text))
+    if os.path.exists(path) and not os.path.isdir(path):
+        raise ArgumentError("a folder, not a file")
+    if os.path.exists(os.path.join(path, "run.json")):
+        raise ArgumentError("a folder that holds no run yet (this one has a run.json)")
+    return path
+
+
+def new_run_folder() -> str:
+    """runs/<date>_<time> below the working folder, with a suffix when it is taken."""
+    stamp = datetime.datetime.now().strftime("%Y%m%d_%H%M%S")
+    for suffix in itertools.chain([""], (f"_{number}" for number in itertools.count(2))):
+        path = os.path.join("runs", stamp + suffix)
+        if not os.path.exists(path):
+            return path
+    raise AssertionError("unreachable: count() does not end")
+
+
+@dataclasses.dataclass(frozen=True)
+class Word:
+    """One argument; `check` turns its text into the text for roslaunch or raises ArgumentError."""
+
+    name: str
+    default: str | Callable[[], str]
+    meaning: str
+    check: Callable[[str], str]
+    commands: tuple[str, ...] = ("sim", "batch")
+
+
+WORDS = (
+    Word("tasks", "10", "how many tasks to run", tasks),
+    Word("seed", "1", "root of all randomness; same seed, same results", seed),
+    Word("scenario", "inspection", "inspection | sorting", one_of(SCENARIOS)),
+    Word("human", "random", "a type | e,s,a,c | random | mixed | a worker model file", human),
+    Word("policy", "proactive", "abps | proactive | reactive | none | a model file", policy),
+    Word("sensing", "direct", "direct: labels with noise", sensing, ("sim",)),
+    Word("speed", "max", "times real time, or max", speed, ("sim",)),
+    Word("rviz", "false", "open the 3D view", boolean, ("sim",)),
+    Word("record", "true", "one bag a task", boolean, ("sim",)),
+    Word("out_dir", new_run_folder, "folder of the record", out_dir),
+)
+
+
+def words_of(command: str) -> dict[str, Word]:
+    """The words that a command knows, in the order in which they are shown."""
+    return {word.name: word for word in WORDS if command in word.commands}
+
+
+def parse(command: str, arguments: Sequence[str]) -> dict[str, str]:
+    """Checked value of every word of `command`, defaults filled in.
+
+    Raises ArgumentError naming the word, the value and what is allowed.
+    """
+    known = words_of(command)
+    given: dict[str, str] = {}
+    for argument in arguments:
+        name, sign, text = argument.partition(":=")
+        if not sign:
+            raise ArgumentError(f"'{argument}' is not of the form name:=value")
+        if name not in known:
+            raise ArgumentError(
+                f"unknown argument '{name}' in '{argument}'; known are {', '.join(known)}"
+            )
+        if name in given:
+            raise ArgumentError(f"'{name}' is given twice")
+        given[name] = _checked(known[name], text)
+    for name, word in known.items():
+        if name not in given:
+            given[name] = word.check(word.default() if callable(word.default) else word.default)
+    return {name: given[name] for name in known}
+
+
+def _checked(word: Word, text: str) -> str:
+    try:
+        return word.check(text)
+    except ArgumentError as reason:
+        raise ArgumentError(f"{word.name}:={text} is refused: it must be {reason}") from None
+
+
+def usage(command: str) -> str:
+    """One line a word, with its default."""
+    lines = [f"usage: ./fabric {command} [name:=value ...]"]
+    for word in words_of(command).values():
+        default = "runs/<date>_<time>" if callable(word.default) else word.default
+        lines.append(f"  {word.name + ':=' + default:<32} {word.meaning}")
+    lines.append("types of people: " + ", ".join(HUMAN_TYPES))
+    return "\n".join(lines)
+
+
+def main(arguments: Sequence[str]) -> int:
+    """`arguments.py COMMAND [name:=value ...]` prints every checked word; exit 2 on refusal."""
+    command, *rest = arguments
+    if rest == ["--help"]:
+        print(usage(command))
+        return 0
+    try:
+        checked = parse(command, rest)
+    except ArgumentError as error:
+        print(f"fabric: {error}", file=sys.stderr)
+        return 2
+    print("\n".join(f"{name}:={text}" for name, text in checked.items()))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

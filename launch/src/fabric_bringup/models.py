@@ -1,0 +1,42 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Loads the model files named on the command line, so that a bad one is refused at once."""
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Sequence
+
+
+def check_policy(path: str) -> None:
+    """Raises ValueError naming file and place if no decision agent can run this model."""
+    import fabric_planner
+
+    fabric_planner.DecisionAgent(path, fabric_planner.PlannerOptions())
+
+
+def check_human(path: str) -> None:
+    """Raises ValueError naming file and place if no simulated worker can follow this model."""
+    from fabric_sim import worker
+
+    worker.Worker.from_file(path)
+
+
+CHECKS = {"policy": check_policy, "human": check_human}
+
+
+def main(words: Sequence[str]) -> int:
+    """Checks the files among `name:=value` words; exit 2 and the reason when one is refused."""
+    for word in words:
+        name, _, text = word.partition(":=")
+        if name not in CHECKS or not os.path.isabs(text):
+            continue
+        try:
+            CHECKS[name](text)
+        except ValueError as error:
+            print(f"fabric: {name}:={text} is refused: {error}", file=sys.stderr)
+            return 2
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
