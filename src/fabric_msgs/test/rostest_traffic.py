@@ -8,9 +8,10 @@ import unittest
 
 import rospy
 import rostest
+from std_msgs.msg import UInt32
+
 from fabric_msgs.msg import Heartbeat
 from fabric_msgs.traffic import Traffic
-from std_msgs.msg import UInt32
 
 DEADLINE = 30.0  # s
 

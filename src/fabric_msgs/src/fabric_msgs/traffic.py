@@ -7,7 +7,8 @@ claims that a message was handled before everything the message caused was sent 
 """
 
 import threading
-from typing import Any, Callable, Dict, List, Optional, Tuple
+from collections.abc import Callable
+from typing import Any
 
 import rospy
 
@@ -21,9 +22,9 @@ class Ledger:
     """Counts of one node: messages handled by input, messages sent by output. Not thread-safe."""
 
     def __init__(self) -> None:
-        self._handled: Dict[str, int] = {}
-        self._sent: Dict[str, int] = {}
-        self._connections: Dict[str, Callable[[], int]] = {}
+        self._handled: dict[str, int] = {}
+        self._sent: dict[str, int] = {}
+        self._connections: dict[str, Callable[[], int]] = {}
 
     def declare_handled(self, topic: str) -> None:
         """List `topic` among the inputs, with a count of 0."""
@@ -34,15 +35,15 @@ class Ledger:
         self._sent.setdefault(topic, 0)
         self._connections[topic] = connections
 
-    def count_handled(self, topic: str, count: Optional[int] = None) -> None:
+    def count_handled(self, topic: str, count: int | None = None) -> None:
         """Raise the count of an input by one, or set it to the sequence number `count`."""
         self._handled[topic] = self._handled.get(topic, 0) + 1 if count is None else count
 
-    def count_sent(self, topic: str, count: Optional[int] = None) -> None:
+    def count_sent(self, topic: str, count: int | None = None) -> None:
         """Raise the count of an output by one, or set it to the sequence number `count`."""
         self._sent[topic] = self._sent.get(topic, 0) + 1 if count is None else count
 
-    def entries(self) -> Tuple[List[Progress], List[Progress]]:
+    def entries(self) -> tuple[list[Progress], list[Progress]]:
         """Return what was handled and what was sent, each in order of declaration."""
         handled = [Progress(topic, count, 0) for topic, count in self._handled.items()]
         sent = [
@@ -60,7 +61,7 @@ class CountedPublisher:
         self._topic = topic
         self._publisher = publisher
 
-    def publish(self, message: Any, count: Optional[int] = None) -> None:
+    def publish(self, message: Any, count: int | None = None) -> None:
         """Count and send one message; `count` sets the count to the message's own sequence."""
         with self._traffic.lock:
             self._traffic.sent(self._topic, count)
@@ -146,12 +147,12 @@ class Traffic:
         with self.lock:
             self._ledger.declare_sent(topic, connections)
 
-    def sent(self, topic: str, count: Optional[int] = None) -> None:
+    def sent(self, topic: str, count: int | None = None) -> None:
         """Count a message that is about to be sent; `count` sets the count to its sequence."""
         with self.lock:
             self._ledger.count_sent(topic, count)
 
-    def handled(self, topic: str, count: Optional[int] = None) -> None:
+    def handled(self, topic: str, count: int | None = None) -> None:
         """Count a message as dealt with and send a heartbeat.
 
         Call it when everything the message caused has been sent. `count` sets the count to the
