@@ -1,0 +1,108 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The words of `./fabric sim` and `./fabric batch`."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from fabric_bringup import arguments
+
+
+def refused(*words: str) -> str:
+    with pytest.raises(arguments.ArgumentError) as caught:
+        arguments.parse("sim", words)
+    return str(caught.value)
+
+
+@pytest.mark.parametrize(
+    "word",
+    [
+        "policy:=nonsense",
+        "human:=nobody",
+        "scenario:=moon",
+        "tasks:=-3",
+        "tasks:=abc",
+        "tasks:=0",
+        "tasks:=",
+        "tasks:=²",
+        "tasks:=99999999999",
+        "seed:=-1",
+        "seed:=1.5",
+        "sensing:=smell",
+        "speed:=nan",
+        "speed:=0",
+        "rviz:=yes",
+        "human:=0.1,0.2,0.3",
+        "human:=0.1,0.2,0.3,nan",
+        "human:=0.1,0.2,0.3,1.01",
+        "policy:=nowhere/none.pomdpx",
+    ],
+)
+def test_a_bad_value_is_refused_by_name(word):
+    name, _, value = word.partition(":=")
+    reason = refused(word)
+    assert f"{name}:={value} is refused" in reason
+    assert "must be" in reason
+
+
+def test_the_refusal_of_a_human_lists_the_sixteen_types():
+    reason = refused("human:=nobody")
+    assert len(arguments.HUMAN_TYPES) == 16
+    assert all(name in reason for name in arguments.HUMAN_TYPES)
+
+
+def test_camera_and_manual_say_that_they_are_not_there_yet():
+    assert "not available yet" in refused("sensing:=camera")
+    assert "not available yet" in refused("human:=manual")
+
+
+def test_an_unknown_name_and_a_word_without_sign_are_refused():
+    assert "unknown argument 'colour'" in refused("colour:=red")
+    assert "'tasks=3' is not of the form name:=value" in refused("tasks=3")
+    assert "given twice" in refused("tasks:=3", "tasks:=4")
+
+
+def test_defaults_fill_in_what_is_not_said():
+    said = arguments.parse("sim", ["tasks:=007"])
+    assert said["tasks"] == "7"
+    assert said["scenario"] == "inspection"
+    assert list(said) == list(arguments.words_of("sim"))
+
+
+@pytest.mark.parametrize("human", ["random", "mixed", "0.3,0.8,0.5,0.1", arguments.HUMAN_TYPES[5]])
+def test_people_are_taken_as_they_are_said(human):
+    assert arguments.parse("sim", [f"human:={human}"])["human"] == human
+
+
+def test_model_files_and_folders_become_absolute(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "mine.POMDPx").touch()
+    said = arguments.parse("sim", ["policy:=mine.POMDPx", "out_dir:=there"])
+    assert said["policy"] == str(tmp_path / "mine.POMDPx")
+    assert said["out_dir"] == str(tmp_path / "there")
+
+
+def test_a_folder_that_holds_a_run_is_refused(tmp_path):
+    (tmp_path / "run.json").touch()
+    assert "run.json" in refused(f"out_dir:={tmp_path}")
+
+
+def test_two_runs_in_one_second_get_two_folders(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    first = arguments.new_run_folder()
+    for number in ("", "_2", "_3"):
+        (tmp_path / (first + number)).mkdir(parents=True)
+    later = arguments.new_run_folder()
+    assert not (tmp_path / later).exists()
+
+
+def test_the_script_needs_nothing_but_the_standard_library():
+    script = Path(arguments.__file__)
+    command = [sys.executable, "-I", "-S", "-B", str(script), "batch", "tasks:=5"]
+    told = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert told.stdout.splitlines()[0] == "tasks:=5"
+    assert "rviz" not in told.stdout
