@@ -1,0 +1,154 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Performance and observation model, and the file they are kept in."""
+
+import itertools
+
+import numpy as np
+import pytest
+from conftest import POLICIES, TYPES, run_task
+from scipy import stats
+
+from fabric_abps import ModelsError, ObservationModel, PerformanceModel, TrainedModels, train
+
+
+def test_performance_is_the_sample_mean_and_variance_of_each_pair() -> None:
+    model = PerformanceModel.fit([[[1.0, 3.0], [2.0, 2.0, 5.0]]])
+    assert model.mean == pytest.approx(np.array([[2.0, 3.0]]))
+    assert model.variance == pytest.approx(np.array([[2.0, 3.0]]))
+
+
+def test_predictive_distribution_agrees_with_scipy_stats() -> None:
+    data = [[[1.0, 3.0, 4.0], [2.0, 2.5, 5.0, 9.0]]]
+    model = PerformanceModel.fit(data)
+    scale = np.sqrt(model.variance * (1 + 1 / model.count))
+    for u in (-3.0, 0.0, 2.7, 12.0):
+        expected = stats.t.cdf(u, model.count - 1, model.mean, scale)
+        assert model.cdf(u) == pytest.approx(expected, abs=1e-12)
+    normal = PerformanceModel.fit(data, predictive="normal")
+    expected = stats.norm.cdf(2.7, model.mean, np.sqrt(model.variance))
+    assert normal.cdf(2.7) == pytest.approx(expected, abs=1e-12)
+
+
+def test_a_policy_that_always_earns_the_same_keeps_the_variance_floor() -> None:
+    model = PerformanceModel.fit([[[6.0] * 20]], variance_floor=0.04)
+    assert model.deviation == pytest.approx(np.array([[0.2]]))
+    assert 0.0 < model.cdf(5.9)[0, 0] < 0.5
+
+
+@pytest.mark.parametrize(
+    ("utilities", "message"),
+    [
+        ([[[1.0]]], "type 0, policy 0: needs two tasks"),
+        ([[[1.0, 2.0], [1.0, np.nan]]], "type 0, policy 1: a utility is not finite"),
+        ([[[1.0, 2.0]], []], "full table"),
+        ([], "full table"),
+    ],
+)
+def test_performance_refuses_bad_data_by_pair(utilities, message) -> None:
+    with pytest.raises(ValueError, match=message):
+        PerformanceModel.fit(utilities)
+
+
+def test_likelihood_of_all_sequences_of_a_length_sums_to_one() -> None:
+    model = ObservationModel.fit([[[[0, 1, 5], [5, 5]]], [[[63, 33], [2]]]], concentration=3.0)
+    total = np.zeros(2)
+    for codes in itertools.product(range(64), repeat=2):
+        total += np.exp(model.log_likelihood(list(codes), 0))
+    assert total == pytest.approx([1.0, 1.0], abs=1e-9)
+
+
+def test_likelihood_follows_the_chain_rule_worked_by_hand() -> None:
+    # one type, one pair, codes 0,0,1; pooled + 1: (3, 2, 1 x 62) / 67; concentration 67
+    model = ObservationModel.fit([[[[0, 0, 1]]]], concentration=67.0)
+    # alpha: code 0: 2 + 3 = 5, code 1: 1 + 2 = 3, total 3 + 67 = 70
+    # P(0, 0, 1) = 5/70 * 6/71 * 3/72
+    expected = np.log(5 / 70 * 6 / 71 * 3 / 72)
+    assert model.log_likelihood([0, 0, 1], 0) == pytest.approx([expected])
+    assert model.probability(0)[0, :3] == pytest.approx([5 / 70, 3 / 70, 1 / 70])
+
+
+def test_a_long_task_weighs_no_more_than_the_effective_observations() -> None:
+    model = ObservationModel.fit([[[[0] * 50] * 9]], concentration=1.0)
+    short, long = [0] * 8, [0] * 800
+    assert model.log_likelihood(short, 0, 8) == pytest.approx(model.log_likelihood(short, 0))
+    ratio = model.log_likelihood(long, 0, 8) / model.log_likelihood(long, 0)
+    assert ratio == pytest.approx([0.01])
+
+
+def test_an_empty_task_says_nothing() -> None:
+    model = ObservationModel.fit([[[[0, 1]]], [[[2]]]])
+    assert (model.log_likelihood([], 0) == 0.0).all()
+
+
+@pytest.mark.parametrize(
+    ("codes", "message"),
+    [([64], r"code \[0\] is 64"), ([0, -1], r"code \[1\] is -1"), ([0.5], "integers")],
+)
+def test_codes_out_of_range_are_refused_by_place(codes, message) -> None:
+    with pytest.raises(ValueError, match="type 0, policy 0, task 0: .*" + message):
+        ObservationModel.fit([[[codes]]])
+
+
+@pytest.fixture
+def models(library) -> TrainedModels:
+    return train(library, TYPES, run_task, tasks=20, seed=3)
+
+
+def test_saved_models_come_back_bit_for_bit(models, library, tmp_path) -> None:
+    models.save(tmp_path / "m.npz")
+    again = TrainedModels.load(tmp_path / "m.npz")
+    again.check(library)
+    assert (again.types, again.policies) == (TYPES, POLICIES)
+    assert (again.observation.counts == models.observation.counts).all()
+    assert (again.performance.mean == models.performance.mean).all()
+    codes = [33, 5, 17]
+    ours, theirs = again.observation, models.observation
+    assert (ours.log_likelihood(codes, 1) == theirs.log_likelihood(codes, 1)).all()
+    assert (ours.p_values(codes, 1) == theirs.p_values(codes, 1)).all()
+    again.save(tmp_path / "n.npz")
+    assert (tmp_path / "m.npz").read_bytes() == (tmp_path / "n.npz").read_bytes()
+
+
+def test_models_of_a_changed_library_are_refused(models, library, index) -> None:
+    (index.parent / "helps.pomdpx").write_text("<!-- changed -->")
+    with pytest.raises(ModelsError, match="has changed since the training"):
+        models.check(library)
+
+
+def _rewrite(path, **changes) -> None:
+    with np.load(path) as archive:
+        data = {key: archive[key] for key in archive.files}
+    data.update(changes)
+    np.savez(path, **{key: value for key, value in data.items() if value is not None})
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"typicality": None}, "'typicality' is missing"),
+        ({"format": 7}, "format 7"),
+        ({"types": np.array(["calm", "calm", "hasty"])}, "types: must be distinct"),
+        ({"types": np.array(["calm"])}, "not \\(1, 3\\)"),
+        ({"utility_mean": np.full((3, 3), np.nan)}, "type 0, policy 0: mean utility"),
+        ({"code_counts": np.full((3, 3, 64), -1)}, "negative"),
+        ({"predictive": "guess"}, "'guess' is none of"),
+        ({"scenario": np.array([{}], dtype=object)}, "pickle"),
+    ],
+)
+def test_damaged_files_are_refused_by_entry(models, tmp_path, changes, message) -> None:
+    path = tmp_path / "m.npz"
+    models.save(path)
+    _rewrite(path, **changes)
+    with pytest.raises(ModelsError, match=f"m.npz: .*{message}"):
+        TrainedModels.load(path)
+
+
+def test_files_that_are_no_models_are_refused(tmp_path) -> None:
+    with pytest.raises(ModelsError, match="cannot be read"):
+        TrainedModels.load(tmp_path / "absent.npz")
+    (tmp_path / "text.npz").write_text("hello")
+    with pytest.raises(ModelsError, match="not a file of trained models"):
+        TrainedModels.load(tmp_path / "text.npz")
+    (tmp_path / "empty.npz").write_bytes(b"")
+    with pytest.raises(ModelsError, match="empty.npz"):
+        TrainedModels.load(tmp_path / "empty.npz")
