@@ -1,0 +1,58 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""ROS node of the observation agent: percepts and task events in, numbered observations out."""
+
+from typing import Any
+
+import rospy
+
+from fabric_msgs.msg import HeadState, HumanActivity, Observation, TaskEvent, TaskState
+from fabric_msgs.traffic import Traffic
+from fabric_perception.observation_agent import ObservationAgent
+from fabric_perception.pairing import StampPairing
+from fabric_perception.parameters import load_parameters
+
+
+class ObservationNode:
+    """Acts on a percept when the activity and the head of the same stamp are both there."""
+
+    def __init__(self, parameters: dict[str, Any]) -> None:
+        self._agent = ObservationAgent(load_parameters(parameters))
+        self._pairing = StampPairing("activity", "head")
+        self._traffic = Traffic("observation")
+        self._observations = self._traffic.publisher("observation", Observation)
+        self._traffic.subscribe("task/state", TaskState, self._on_state)
+        self._traffic.subscribe("task/event", TaskEvent, self._on_event)
+        self._traffic.subscribe(
+            "human/activity", HumanActivity, lambda message: self._on_percept("activity", message)
+        )
+        self._traffic.subscribe(
+            "human/head", HeadState, lambda message: self._on_percept("head", message)
+        )
+
+    def _on_state(self, state: TaskState) -> None:
+        self._agent.start_task(state.header.stamp.to_sec(), state)
+
+    def _on_event(self, event: TaskEvent) -> None:
+        self._publish(self._agent.on_task_event(event.header.stamp.to_sec(), event))
+
+    def _on_percept(self, kind: str, message: Any) -> None:
+        pair = self._pairing.add(kind, message.header.stamp.to_nsec(), message)
+        if pair is not None:
+            t = message.header.stamp.to_sec()
+            self._publish(self._agent.on_percepts(t, pair["activity"], pair["head"]))
+
+    def _publish(self, observations: list[Observation]) -> None:
+        for observation in observations:
+            self._observations.publish(observation)
+
+
+def main() -> None:
+    """Run until shutdown; bad parameters end the node at once, naming the value."""
+    rospy.init_node("observation")
+    ObservationNode(rospy.get_param("~observation"))
+    rospy.spin()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What is seen in the cell, and when it is worth a decision. The modules know no ROS."""

@@ -1,0 +1,196 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The observation agent: fuses percepts and task events, and says when a decision is due.
+
+Fig. 6.5: a decision is due when a container has changed or a warning has begun (both interrupt),
+when the recognised behaviour of the person has changed, and when nothing has changed for the
+time-out. Tables 6.2 and 6.3 define what the observation then holds.
+"""
+
+import math
+
+import genpy
+
+from fabric_msgs.msg import HeadState, HumanActivity, Observation, TaskEvent, TaskState
+from fabric_perception.parameters import ObservationParameters
+from fabric_perception.recognition import Behaviour, Recogniser
+from fabric_perception.subtask_tracker import SubtaskTracker
+
+RESOLUTION = 1e-6  # s; times are compared to this resolution
+SUBTASK_END = (TaskEvent.SUBTASK_SUCCEEDED, TaskEvent.SUBTASK_FAILED)
+TASK_END = (TaskEvent.TASK_SUCCEEDED, TaskEvent.TASK_FAILED)
+
+
+class ObservationAgent:
+    """One agent for a run of many tasks; its observations are numbered from 1 without gaps.
+
+    All times are seconds on the clock of the messages and must not run backwards within a task.
+    Observations are made from TASK_STARTED to the end of the task. The subtask that ends a task
+    and the end itself are one observation, so that a model sees its terminal symbol once.
+    """
+
+    def __init__(self, parameters: ObservationParameters | None = None) -> None:
+        self._parameters = parameters or ObservationParameters()
+        self._sequence = 0
+        self._task = TaskState()
+        self._reset(TaskState())
+
+    def start_task(self, t: float, state: TaskState) -> None:
+        """Forget the last task when `state` is of another one; later states change nothing."""
+        _check_time(t)
+        if state.task_id != self._task.task_id:
+            self._reset(state)
+
+    def on_task_event(self, t: float, event: TaskEvent) -> list[Observation]:
+        """Take a scored thing; return the observation it makes due, if any.
+
+        Events of other tasks are ignored. Raises ValueError when time runs backwards.
+        """
+        if event.task_id != self._task.task_id:
+            return []
+        t = self._advance(t)
+        if event.kind == TaskEvent.TASK_STARTED:
+            self._running = True
+        elif not self._running:
+            return []
+        elif event.kind == TaskEvent.SUBTASK_STARTED:
+            self._subtask.start(t, self._gesture() == HumanActivity.GRASP)
+        elif event.kind in SUBTASK_END:
+            return self._on_subtask_end(t, event)
+        elif event.kind == TaskEvent.WARNING:
+            return self._on_warning(t)
+        elif event.kind in TASK_END:
+            return self._on_task_end(t, event)
+        elif event.kind == TaskEvent.TASK_ABORTED:
+            self._running = False
+        return []
+
+    def on_percepts(self, t: float, activity: HumanActivity, head: HeadState) -> list[Observation]:
+        """Take the percepts of the moment `t`; return the observation they make due, if any.
+
+        Raises ValueError when the activity is malformed or time runs backwards.
+        """
+        before = self._recogniser.behaviour
+        t = self._advance(t)
+        hold = t < self._warning_held_until - RESOLUTION
+        self._recogniser.feed(activity, head, hold)
+        now = self._recogniser.behaviour
+        assert now is not None  # the recogniser believes its first percept
+        self._track(t, before, now)
+        trigger = self._trigger(t, before, now)
+        return [] if trigger is None else [self._observe(t, trigger)]
+
+    def _reset(self, state: TaskState) -> None:
+        self._task = state
+        self._recogniser = Recogniser(self._parameters)
+        self._subtask = SubtaskTracker()
+        self._running = False
+        self._started = False
+        self._ended = 0
+        self._pending: Observation | None = None
+        self._time = -math.inf
+        self._last_observation = -math.inf
+        self._warning_held_until = -math.inf
+
+    def _advance(self, t: float) -> float:
+        _check_time(t)
+        t = round(t, 6)
+        if t < self._time:
+            raise ValueError(f"time runs backwards from {self._time} s to {t} s")
+        self._time = t
+        return t
+
+    def _gesture(self) -> int:
+        behaviour = self._recogniser.behaviour
+        return HumanActivity.OTHER if behaviour is None else behaviour.gesture
+
+    def _track(self, t: float, before: Behaviour | None, now: Behaviour) -> None:
+        grasped = before is not None and before.gesture == HumanActivity.GRASP
+        grasps = now.gesture == HumanActivity.GRASP
+        self._subtask.warn(t, now.gesture == HumanActivity.WARN)
+        if grasps and not grasped:
+            self._subtask.grasp_begins()
+        if grasped and not grasps:
+            self._subtask.grasp_ends()
+
+    def _trigger(self, t: float, before: Behaviour | None, now: Behaviour) -> int | None:
+        if not self._running:
+            return None
+        if not self._started:
+            return Observation.TRIGGER_START
+        if before is None or before != now:
+            warns = now.gesture == HumanActivity.WARN
+            warned = before is not None and before.gesture == HumanActivity.WARN
+            if warns and not warned:
+                return Observation.TRIGGER_WARNING
+            return Observation.TRIGGER_ACTION_CHANGE
+        if t - self._last_observation >= self._parameters.same_action_timeout - RESOLUTION:
+            return Observation.TRIGGER_TIMEOUT
+        return None
+
+    def _on_warning(self, t: float) -> list[Observation]:
+        self._warning_held_until = t + self._parameters.warning_hold
+        if self._gesture() == HumanActivity.WARN:
+            return []
+        self._recogniser.force_warning()
+        self._subtask.warn(t, True)
+        return [self._observe(t, Observation.TRIGGER_WARNING)]
+
+    def _on_subtask_end(self, t: float, event: TaskEvent) -> list[Observation]:
+        observation = self._fill(t, Observation.TRIGGER_SUBTASK)
+        success = event.kind == TaskEvent.SUBTASK_SUCCEEDED
+        by_person = event.by == TaskEvent.BY_PERSON
+        by_robot = event.by == TaskEvent.BY_ROBOT
+        observation.subtask_success = by_person and success
+        observation.subtask_failure = by_person and not success
+        observation.robot_success = by_robot and success
+        observation.robot_failure = by_robot and not success
+        self._ended += 1
+        self._subtask.end()
+        if self._ended >= self._task.subtasks_total:
+            self._pending = observation  # the end of the task follows at once
+            return []
+        return [self._number(t, observation)]
+
+    def _on_task_end(self, t: float, event: TaskEvent) -> list[Observation]:
+        observation = self._pending or self._fill(t, Observation.TRIGGER_SUBTASK)
+        self._pending = None
+        observation.task_success = event.kind == TaskEvent.TASK_SUCCEEDED
+        observation.task_failure = event.kind == TaskEvent.TASK_FAILED
+        self._running = False
+        return [self._number(t, observation)]
+
+    def _observe(self, t: float, trigger: int) -> Observation:
+        return self._number(t, self._fill(t, trigger))
+
+    def _fill(self, t: float, trigger: int) -> Observation:
+        """Observables that are seen directly, and the clocks; O1, O2, O8, O9 are false."""
+        behaviour = self._recogniser.behaviour or Behaviour(HumanActivity.OTHER, False, False)
+        observation = Observation(task_id=self._task.task_id, trigger=trigger)
+        observation.header.stamp = _stamp(t)
+        observation.detected = behaviour.detected
+        observation.looking_around = behaviour.looking_around
+        observation.grasp_attempt = behaviour.gesture == HumanActivity.GRASP
+        observation.warning = behaviour.gesture == HumanActivity.WARN
+        observation.idle = behaviour.gesture == HumanActivity.IDLE
+        observation.subtask_elapsed = round(self._subtask.elapsed(t), 6)
+        observation.waiting_time = round(self._subtask.waiting(t), 6)
+        observation.failed_attempts = self._subtask.failed_attempts
+        return observation
+
+    def _number(self, t: float, observation: Observation) -> Observation:
+        self._sequence += 1
+        observation.sequence = self._sequence
+        self._started = True
+        self._last_observation = t
+        return observation
+
+
+def _stamp(t: float) -> genpy.Time:
+    """Return `t` to the microsecond; Time.from_sec would cut 12.35 s to 12.349999999 s."""
+    seconds, micros = divmod(round(t * 1e6), 10**6)
+    return genpy.Time(seconds, micros * 1000)
+
+
+def _check_time(t: float) -> None:
+    if not math.isfinite(t):
+        raise ValueError(f"time is {t}")
