@@ -1,36 +1,140 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <pybind11/eigen.h>
-#include <pybind11/numpy.h>
 #include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
 
 #include <memory>
+#include <optional>
 
+#include "arrays.hpp"
 #include "bindings.hpp"
+#include "fabric_planner/belief_filter.hpp"
 #include "fabric_planner/pomdp.hpp"
+#include "fabric_planner/pomdpx.hpp"
 
 namespace py = pybind11;
+using py::literals::operator""_a;
 
 namespace fabric::planner {
 namespace {
 
-using Tensor = py::array_t<double, py::array::c_style | py::array::forcecast>;
-using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+using Names = std::vector<std::string>;
 
-std::vector<Eigen::MatrixXd> toMatrices(const Tensor& tensor, const std::string& element) {
-  if (tensor.ndim() != 3) throw ModelError(element + " needs three dimensions");
-  std::vector<Eigen::MatrixXd> matrices;
-  for (py::ssize_t i = 0; i < tensor.shape(0); ++i) {
-    matrices.emplace_back(
-        Eigen::Map<const RowMajor>(tensor.data(i, 0, 0), tensor.shape(1), tensor.shape(2)));
+std::shared_ptr<Pomdp> makePomdp(Names states, Names actions, Names observations, const Array& T,
+                                 const Array& O, const Eigen::MatrixXd& R, double discount,
+                                 const Eigen::VectorXd& initial_belief, std::string name) {
+  PomdpTables tables;
+  tables.name = std::move(name);
+  tables.states = std::move(states);
+  tables.actions = std::move(actions);
+  tables.observations = std::move(observations);
+  tables.T = toMatrices(T, "T");
+  tables.O = toMatrices(O, "O");
+  tables.R = R;
+  tables.discount = discount;
+  tables.initial_belief = initial_belief;
+  return std::make_shared<Pomdp>(std::move(tables));
+}
+
+template <const Eigen::MatrixXd& (Pomdp::*table)(int) const>
+Array tables(const Pomdp& model) {
+  std::vector<Eigen::MatrixXd> all;
+  for (int a = 0; a < model.numActions(); ++a) all.push_back((model.*table)(a));
+  return toArray(all);
+}
+
+py::array_t<bool> terminal(const Pomdp& model) {
+  py::array_t<bool> flags(model.numStates());
+  for (int s = 0; s < model.numStates(); ++s) {
+    flags.mutable_at(s) = model.terminal()[static_cast<size_t>(s)];
   }
-  return matrices;
+  return flags;
+}
+
+void bindModel(py::module_& module) {
+  py::class_<Pomdp, std::shared_ptr<Pomdp>>(
+      module, "Pomdp",
+      "A tabular POMDP, checked when made and immutable afterwards. Properties return copies.")
+      .def(py::init(&makePomdp), "states"_a, "actions"_a, "observations"_a, "T"_a, "O"_a, "R"_a,
+           "discount"_a, "initial_belief"_a, "name"_a = "model",
+           "T: (A, S, S') P(s'|s,a); O: (A, S', O) P(o|a,s'); R: (A, S) expected reward;\n"
+           "discount in (0, 1]; initial_belief: (S,), sums to 1. Raises ModelError naming the\n"
+           "element, row and value that is not acceptable.")
+      .def_property_readonly("name", &Pomdp::name)
+      .def_property_readonly("states", &Pomdp::states)
+      .def_property_readonly("actions", &Pomdp::actions)
+      .def_property_readonly("observations", &Pomdp::observations)
+      .def_property_readonly("n_states", &Pomdp::numStates)
+      .def_property_readonly("n_actions", &Pomdp::numActions)
+      .def_property_readonly("n_observations", &Pomdp::numObservations)
+      .def_property_readonly("discount", &Pomdp::discount)
+      .def_property_readonly("initial_belief",
+                             [](const Pomdp& m) { return Eigen::VectorXd(m.initialBelief()); })
+      .def_property_readonly("transition", &tables<&Pomdp::T>, "(A, S, S'): P(s' | s, a)")
+      .def_property_readonly("observation", &tables<&Pomdp::O>, "(A, S', O): P(o | a, s')")
+      .def_property_readonly(
+          "reward", [](const Pomdp& m) { return RowMajor(m.R()); },
+          "(A, S): expected immediate reward")
+      .def_property_readonly("fully_observable", &Pomdp::fullyObservable)
+      .def_property_readonly("terminal", &terminal,
+                             "(S,) bool: absorbing under every action and without reward")
+      .def("state_index", &Pomdp::stateIndex, "name"_a)
+      .def("action_index", &Pomdp::actionIndex, "name"_a)
+      .def("observation_index", &Pomdp::observationIndex, "name"_a)
+      .def("__repr__", [](const Pomdp& m) {
+        return "<Pomdp " + m.name() + ": " + std::to_string(m.numStates()) + " states, " +
+               std::to_string(m.numActions()) + " actions, " + std::to_string(m.numObservations()) +
+               " observations>";
+      });
+}
+
+void bindFilter(py::module_& module) {
+  py::enum_<UpdateStatus>(module, "UpdateStatus")
+      .value("OK", UpdateStatus::OK, "Bayes' rule held")
+      .value("RECOVERED", UpdateStatus::RECOVERED, "the observation was impossible");
+  py::class_<BeliefFilter>(module, "BeliefFilter",
+                           "The exact belief, with a counted recovery from observations that the\n"
+                           "model calls impossible: the states they can come from take over; if\n"
+                           "there are none, the prediction stays.")
+      .def(py::init([](std::shared_ptr<Pomdp> m) { return BeliefFilter(std::move(m)); }), "model"_a)
+      .def(
+          "reset",
+          [](BeliefFilter& filter, const std::optional<Eigen::VectorXd>& belief) {
+            if (belief) {
+              filter.reset(*belief);
+            } else {
+              filter.reset();
+            }
+          },
+          "belief"_a = py::none(), "belief: (S,), sums to 1; the model's initial one by default.")
+      .def("update", &BeliefFilter::update, "action"_a, "observation"_a,
+           "Indices of the model; raises IndexError for others.")
+      .def_property_readonly("belief",
+                             [](const BeliefFilter& f) { return Eigen::VectorXd(f.belief()); })
+      .def_property_readonly("recoveries", &BeliefFilter::recoveries);
 }
 
 }  // namespace
 
 void bindPomdp(py::module_& module) {
-  (void)module;
-  (void)toMatrices;
+  py::register_exception<ModelError>(module, "ModelError", PyExc_ValueError);
+  bindModel(module);
+  bindFilter(module);
+  module.def(
+      "load_pomdpx",
+      [](const std::filesystem::path& path, bool normalise) {
+        py::gil_scoped_release release;
+        return std::make_shared<Pomdp>(loadPomdpx(path.string(), normalise));
+      },
+      "path"_a, "normalise"_a = false,
+      "Reads a POMDPX file. Raises ModelError naming file, line, element, row and token.");
+  module.def(
+      "save_pomdpx",
+      [](const Pomdp& model, const std::filesystem::path& path) {
+        py::gil_scoped_release release;
+        savePomdpx(model, path.string());
+      },
+      "model"_a, "path"_a, "Writes a POMDPX file with all digits of every number.");
 }
 
 }  // namespace fabric::planner

@@ -6,6 +6,8 @@
 #include <sstream>
 #include <unordered_set>
 
+#include "text.hpp"
+
 namespace fabric::planner {
 namespace {
 
@@ -16,13 +18,6 @@ using Names = std::vector<std::string>;
 
 [[noreturn]] void refuse(const std::string& where, const std::string& what) {
   throw ModelError(where.empty() ? what : where + ": " + what);
-}
-
-std::string text(double value) {
-  std::ostringstream out;
-  out.precision(10);
-  out << value;
-  return out.str();
 }
 
 void checkNames(const std::string& where, const std::string& kind, const Names& names) {
@@ -126,9 +121,7 @@ int indexOf(const std::string& where, const std::string& kind, const Names& name
             const std::string& name) {
   const auto found = std::find(names.begin(), names.end(), name);
   if (found != names.end()) return static_cast<int>(found - names.begin());
-  std::string known;
-  for (const auto& other : names) known += (known.empty() ? "" : ", ") + other;
-  refuse(where, "unknown " + kind + " '" + name + "' (known: " + known + ")");
+  refuse(where, "unknown " + kind + " '" + name + "' (known: " + join(names, ", ") + ")");
 }
 
 }  // namespace
