@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The pretend cell: simulated workers, conveyor, arm and sensors."""

@@ -1,0 +1,130 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""When nobody has work left: counts of messages sent and handled, compared edge by edge.
+
+A heartbeat counts a message as handled only after everything it caused was sent and counted. So
+when the newest heartbeats of all nodes agree on every edge, no message is on its way and no node is
+at work (docs/time.md).
+"""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+
+class Edge(NamedTuple):
+    """A counted topic on its way from one node to another (names as in heartbeats)."""
+
+    topic: str
+    publisher: str
+    consumer: str
+
+
+CELL = "cell"
+_TABLE = (
+    (CELL, "arm/move/result", "motion"),
+    (CELL, "conveyor/state", "motion task"),
+    (CELL, "cell/cubes", "motion"),
+    (CELL, "cell/containers", "task"),
+    (CELL, "human/warning", "motion task"),
+    (CELL, "human/activity", "observation"),
+    (CELL, "human/head", "observation"),
+    (CELL, "truth", "recorder"),
+    ("task", "task/state", "cell motion observation recorder"),
+    ("task", "task/event", "observation recorder abps"),
+    ("observation", "observation", "decision recorder abps"),
+    ("decision", "decision", "motion recorder"),
+    ("motion", "robot/state", "cell"),
+    ("motion", "arm/move/goal", "cell"),
+    ("motion", "arm/move/cancel", "cell"),
+    ("abps", "abps/policy", "recorder"),
+)
+EDGES = tuple(
+    Edge(topic, publisher, consumer)
+    for publisher, topic, consumers in _TABLE
+    for consumer in consumers.split()
+)
+NODES = tuple(sorted({name for edge in EDGES for name in (edge.publisher, edge.consumer)}))
+
+
+@dataclass
+class Counts:
+    """What one node says of itself."""
+
+    handled: Mapping[str, int] = field(default_factory=dict)
+    sent: Mapping[str, int] = field(default_factory=dict)
+    connections: Mapping[str, int] = field(default_factory=dict)  # subscribers of sent topics
+
+
+class Quiescence:
+    """Compares the newest counts of the expected nodes."""
+
+    def __init__(self, expected: Iterable[str]) -> None:
+        """Expect these nodes; the cell itself is always one of them.
+
+        Raises ValueError naming a node that has no counted topics.
+        """
+        self._nodes = {CELL, *expected}
+        unknown = sorted(self._nodes - set(NODES))
+        if unknown:
+            raise ValueError(f"expected node {unknown[0]!r}; allowed: {', '.join(NODES)}")
+        self._edges = [e for e in EDGES if {e.publisher, e.consumer} <= self._nodes]
+        self._counts: dict[str, Counts] = {}
+        self._lost: dict[Edge, int] = {}
+
+    def heard(self, node: str, counts: Counts) -> None:
+        """Take in a heartbeat; nodes that are not expected are ignored."""
+        if node in self._nodes:
+            self._counts[node] = counts
+
+    def missing(self, subscribers: Mapping[str, int] | None = None) -> list[str]:
+        """What is not ready yet, as sentences: silent nodes, unconnected topics.
+
+        subscribers: how many subscribers of each topic are known to the ROS master. A publisher
+        must be connected to all of them, so that a tool which listens too, such as a bag
+        recorder, is not mistaken for a consumer.
+        """
+        silent = sorted(self._nodes - set(self._counts))
+        if silent:
+            return [f"node {name} has not shown itself" for name in silent]
+        words = [self._edge_missing(edge) for edge in self._edges]
+        for topic, publisher in {(e.topic, e.publisher): None for e in self._edges}:
+            have = self._counts[publisher].connections.get(topic, 0)
+            consumers = sum(e.topic == topic for e in self._edges)
+            want = max(consumers, (subscribers or {}).get(topic, 0))
+            if have < want:
+                words.append(f"{publisher} has {have} of {want} subscribers of {topic}")
+        return [w for w in words if w]
+
+    def forgive_losses(self) -> None:
+        """Do not wait for messages sent before their consumers were there: call it once, when
+        nothing is missing and no task has begun."""
+        self._lost = {edge: max(0, self._on_the_way(edge)) for edge in self._edges}
+
+    def outstanding(self) -> list[str]:
+        """Who has work left, as sentences; empty when the graph is quiescent."""
+        words = []
+        for edge in self._edges:
+            behind = self._on_the_way(edge) - self._lost.get(edge, 0)
+            if behind > 0:
+                words.append(
+                    f"node {edge.consumer} has not handled {behind} message(s) of {edge.topic} "
+                    f"from {edge.publisher}"
+                )
+            elif behind < 0:
+                words.append(
+                    f"node {edge.publisher} has not counted {-behind} message(s) of {edge.topic} "
+                    f"that {edge.consumer} has handled"
+                )
+        return words
+
+    def _edge_missing(self, edge: Edge) -> str:
+        if edge.topic not in self._counts[edge.publisher].sent:
+            return f"node {edge.publisher} does not offer {edge.topic}"
+        if edge.topic not in self._counts[edge.consumer].handled:
+            return f"node {edge.consumer} does not listen to {edge.topic}"
+        return ""
+
+    def _on_the_way(self, edge: Edge) -> int:
+        sent = self._counts.get(edge.publisher, Counts()).sent.get(edge.topic, 0)
+        handled = self._counts.get(edge.consumer, Counts()).handled.get(edge.topic, 0)
+        return sent - handled

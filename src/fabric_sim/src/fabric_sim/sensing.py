@@ -1,0 +1,173 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Direct sensing: what gesture recogniser, head tracker, colour camera and load cells report.
+
+They see the truth through a model of their errors. Every object draws from a generator of its own.
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from fabric_msgs.msg import Container, Cube, HumanActivity
+from fabric_sim.entries import Entries
+
+ACTIVITIES = 4  # HumanActivity.IDLE, GRASP, WARN, OTHER
+COLOURS = (Cube.COLOUR_RED, Cube.COLOUR_GREEN, Cube.COLOUR_BLUE)
+SWAPPED = {HumanActivity.GRASP: HumanActivity.WARN, HumanActivity.WARN: HumanActivity.GRASP}
+SLACK = 1e-9  # s; forgives rounding when times are compared
+
+
+class Behaviour(NamedTuple):
+    """What can be seen of the person."""
+
+    activity: int = HumanActivity.IDLE
+    looking_around: bool = False
+    present: bool = True
+
+
+class Percept(NamedTuple):
+    """What is seen of the person at one moment."""
+
+    behaviour: Behaviour  # as recognised
+    posterior: tuple[float, ...]  # (4,), indexed by HumanActivity's constants, sums to 1
+    evidence_age: float  # s since the person was last in view
+    warning: bool  # a warning is recognised for the first time
+
+
+@dataclass(frozen=True)
+class DirectParameters:
+    """Numbers of config/sensing.yaml: probabilities, and times in s."""
+
+    confusion: float
+    swap_share: float
+    delay: tuple[float, float]
+    certainty: tuple[float, float]
+    colour_misread: float
+    colour_certainty: tuple[float, float]
+    settle: dict[int, tuple[float, float]]  # by Container.OWNER_*
+
+
+class _Stretch(NamedTuple):
+    """A stretch of one behaviour and what it will be taken for."""
+
+    recognised: float  # s
+    taken_for: Behaviour
+    certainty: float
+
+
+class PersonSensor:
+    """Recognises behaviour late, and each stretch of it right or wrong as a whole."""
+
+    def __init__(self, parameters: DirectParameters, rng: np.random.Generator) -> None:
+        self._parameters = parameters
+        self._rng = rng
+        self._actual: Behaviour | None = None
+        self._shown: _Stretch | None = None
+        self._coming: list[_Stretch] = []
+        self._seen = 0.0
+
+    def sense(self, t: float, behaviour: Behaviour) -> Percept:
+        """What is recognised at time t (s) of a person who behaves so now."""
+        if behaviour != self._actual:
+            self._begin(t, behaviour)
+        warning = self._recognise(t)
+        shown = self._shown
+        assert shown is not None
+        if shown.taken_for.present:
+            self._seen = t
+        age = round(t - self._seen, 6)
+        return Percept(shown.taken_for, self._posterior(shown), age, warning)
+
+    def _begin(self, t: float, behaviour: Behaviour) -> None:
+        delay = self._rng.uniform(*self._parameters.delay)
+        stretch = _Stretch(
+            t + delay, self._confuse(behaviour), self._rng.uniform(*self._parameters.certainty)
+        )
+        self._actual = behaviour
+        if self._shown is None:
+            self._shown, self._seen = stretch, t
+        else:
+            self._coming.append(stretch)
+
+    def _recognise(self, t: float) -> bool:
+        """Go on to what is due; True when that includes a new warning."""
+        warning = False
+        while self._coming and self._coming[0].recognised <= t + SLACK:
+            self._shown = self._coming.pop(0)
+            warning |= self._shown.taken_for.activity == HumanActivity.WARN
+        return warning
+
+    def _confuse(self, behaviour: Behaviour) -> Behaviour:
+        """The behaviour, or with the probability `confusion` what it is mistaken for."""
+        wrong, swap = self._rng.random(2)
+        if not behaviour.present or wrong >= self._parameters.confusion:
+            return behaviour
+        if behaviour.activity not in SWAPPED:
+            return behaviour._replace(looking_around=not behaviour.looking_around)
+        if swap < self._parameters.swap_share:
+            return behaviour._replace(activity=SWAPPED[behaviour.activity])
+        return behaviour._replace(activity=HumanActivity.IDLE)
+
+    def _posterior(self, stretch: _Stretch) -> tuple[float, ...]:
+        if not stretch.taken_for.present:
+            return (1.0 / ACTIVITIES,) * ACTIVITIES
+        rest = (1.0 - stretch.certainty) / (ACTIVITIES - 1)
+        believed = stretch.taken_for.activity
+        return tuple(stretch.certainty if i == believed else rest for i in range(ACTIVITIES))
+
+
+class ColourSensor:
+    """Reads a cube's colour once, sometimes wrongly."""
+
+    def __init__(self, parameters: DirectParameters, rng: np.random.Generator) -> None:
+        self._parameters = parameters
+        self._rng = rng
+
+    def read(self, colour: int) -> tuple[int, float]:
+        """The colour as perceived (Cube.COLOUR_*) and the confidence in it."""
+        wrong, which = self._rng.random(2)
+        confidence = self._rng.uniform(*self._parameters.colour_certainty)
+        if wrong < self._parameters.colour_misread:
+            others = [c for c in COLOURS if c != colour]
+            colour = others[int(which * len(others))]
+        return colour, round(float(confidence), 6)
+
+
+class LoadCells:
+    """Report what lies in a container after a while, each cube once."""
+
+    def __init__(self, parameters: DirectParameters, rng: np.random.Generator) -> None:
+        self._parameters = parameters
+        self._rng = rng
+        self._settling: list[tuple[float, int, int]] = []
+
+    def put(self, t: float, container: int, owner: int, cube: int) -> None:
+        """A cube was put into a container at time t (s); owner is Container.OWNER_*."""
+        settled = t + self._rng.uniform(*self._parameters.settle[owner])
+        self._settling.append((settled, container, cube))
+
+    def settled(self, t: float) -> list[tuple[int, int]]:
+        """(container, cube) of everything reported by time t, in the order of settling."""
+        due = sorted(entry for entry in self._settling if entry[0] <= t + SLACK)
+        self._settling = [entry for entry in self._settling if entry[0] > t + SLACK]
+        return [(container, cube) for _, container, cube in due]
+
+
+def load_sensing(path: str | Path) -> DirectParameters:
+    """Read config/sensing.yaml. Raises ConfigError naming the file, the entry and its value."""
+    entries = Entries.read(path).branch("direct")
+    return DirectParameters(
+        confusion=entries.number("confusion", 0.0, 1.0),
+        swap_share=entries.number("swap_share", 0.0, 1.0),
+        delay=entries.span("delay", 0.0, 10.0),
+        certainty=entries.span("certainty", 1.0 / ACTIVITIES, 1.0),
+        colour_misread=entries.number("colour_misread", 0.0, 1.0),
+        colour_certainty=entries.span("colour_certainty", 0.0, 1.0),
+        settle={
+            Container.OWNER_PERSON: entries.span("settle_person", 0.0, 10.0),
+            Container.OWNER_ROBOT: entries.span("settle_robot", 0.0, 10.0),
+            Container.OWNER_BELT: entries.span("settle_belt", 0.0, 10.0),
+        },
+    )
