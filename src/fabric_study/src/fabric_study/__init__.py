@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The experiment: tasks, scores and the record of a run. The modules know no ROS."""

@@ -1,0 +1,269 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What a task was worth: one row of results.csv, computed from the messages of the task.
+
+Messages of different topics may arrive in any order: the meter keeps what it is told and puts it in
+order by the stamps when the row is asked for.
+"""
+
+from bisect import bisect_left, bisect_right
+from collections.abc import Sequence
+
+from fabric_msgs.msg import (
+    Decision,
+    GroundTruth,
+    ModelInfo,
+    Observation,
+    PolicyChoice,
+    TaskEvent,
+    TaskState,
+    TypeBelief,
+)
+from fabric_study.stamps import to_seconds
+
+Value = int | float | str | None
+
+COLUMNS = (
+    "task",
+    "seed",
+    "scenario",
+    "human",
+    "policy",
+    "model",
+    "discounted_reward",
+    "success",
+    "warnings",
+    "duration_s",
+    "decisions",
+    "human_succeeded",
+    "human_failed",
+    "robot_succeeded",
+    "robot_failed",
+    "human_success_rate",
+    "human_contribution",
+    "task_success_rate",
+    "efficiency",
+    "stage1_accuracy",
+    "stage2_accuracy",
+    "type_belief_entropy",
+)
+
+DISCOUNT = 0.98  # per decision
+WARNING_REWARD = -3.0
+SUCCESS_REWARD = 6.0
+FAILURE_REWARD = {"inspection": -3.0, "sorting": -6.0}  # Table 6.4 is the sorting scenario's
+
+STAGES = (
+    ("may_not_be_capable", "may_be_tired", "may_be_distracted"),
+    ("needs_to_be_reminded", "needs_help", "does_not_need_help"),
+)
+END_OF_SUBTASK = (TaskEvent.SUBTASK_SUCCEEDED, TaskEvent.SUBTASK_FAILED)
+
+
+class TaskMeter:
+    """Meter of one task; messages of other tasks are ignored."""
+
+    def __init__(self, task_state: TaskState, human: str, policy: str) -> None:
+        """`human` names the worker until the truth does; `policy` is what was asked for."""
+        if task_state.scenario not in FAILURE_REWARD:
+            raise ValueError(
+                f"scenario {task_state.scenario!r}; known are {', '.join(FAILURE_REWARD)}"
+            )
+        self._state = task_state
+        self._human = human
+        self._policy = policy
+        self._model = policy
+        self._entropy: float | None = None
+        self._observations: dict[int, Observation] = {}
+        self._decisions: dict[int, Decision] = {}
+        self._events: dict[int, TaskEvent] = {}
+        self._truths: dict[int, GroundTruth] = {}
+        self._states: dict[str, list[str]] = {}
+
+    def on_state(self, state: TaskState) -> None:
+        """Take the newest state of the task."""
+        if self._mine(state) and state.sequence >= self._state.sequence:
+            self._state = state
+
+    def on_model(self, info: ModelInfo) -> None:
+        """Take the names of a model's states, for the accuracies."""
+        self._states[info.hash] = list(info.states)
+
+    def on_policy(self, choice: PolicyChoice) -> None:
+        """Take the policy that was selected for this task."""
+        if self._mine(choice):
+            self._model = choice.policy
+
+    def on_type_belief(self, belief: TypeBelief) -> None:
+        """Take the belief over types with which the policy was selected: the task's first."""
+        if self._mine(belief) and self._entropy is None:
+            self._entropy = belief.entropy
+
+    def on_observation(self, observation: Observation) -> None:
+        """Take an observation of the task."""
+        if self._mine(observation):
+            self._observations[observation.sequence] = observation
+
+    def on_decision(self, decision: Decision) -> None:
+        """Take a decision of the task."""
+        if self._mine(decision):
+            self._decisions[decision.sequence] = decision
+
+    def on_event(self, event: TaskEvent) -> None:
+        """Take a scored thing of the task."""
+        if self._mine(event):
+            self._events[event.sequence] = event
+
+    def on_truth(self, truth: GroundTruth) -> None:
+        """Take the simulated person's hidden state."""
+        if self._mine(truth):
+            self._truths[truth.sequence] = truth
+
+    def complete(self) -> bool:
+        """Say whether everything that belongs to the ended task is there.
+
+        That is its last event, the observation that tells the end, a decision on each
+        observation, and the state names of each deciding model.
+        """
+        if any(event.kind == TaskEvent.TASK_ABORTED for event in self._events.values()):
+            return True
+        if not any(o.task_success or o.task_failure for o in self._observations.values()):
+            return False
+        known = all(d.model_hash in self._states for d in self._decisions.values())
+        return known and set(self._decisions) >= set(self._observations)
+
+    def decisions(self) -> list[Decision]:
+        """Return the decisions in order."""
+        return [self._decisions[sequence] for sequence in sorted(self._decisions)]
+
+    def row(self) -> dict[str, Value]:
+        """Return the row in the order of COLUMNS; what is undefined is None."""
+        state = self._state
+        counts = self._counts()
+        human_succeeded, human_failed, robot_succeeded, _ = counts
+        contribution = _ratio(human_succeeded, state.subtasks_total)  # Eq. 6.3
+        success_rate = _ratio(human_succeeded + robot_succeeded, state.subtasks_total)  # Eq. 6.4
+        accuracy = [self._accuracy(stage) for stage in STAGES]
+        values = (
+            state.task_id,
+            state.seed,
+            state.scenario,
+            self._human_name(),
+            self._policy,
+            self._model,
+            self.discounted_reward(),
+            self._success(),
+            self._number_of(TaskEvent.WARNING),
+            state.duration,
+            len(self._decisions),
+            *counts,
+            _ratio(human_succeeded, human_succeeded + human_failed),  # Eq. 6.6
+            contribution,
+            success_rate,
+            _product(success_rate, contribution),  # Eq. 6.5
+            *accuracy,
+            self._entropy,
+        )
+        return dict(zip(COLUMNS, values, strict=True))
+
+    def discounted_reward(self) -> float:
+        """Return Eq. 6.2: the sum of Eq. 6.1 over the subtasks.
+
+        A reward comes with the observation that tells it, and is discounted by the number of
+        observations (so decisions) made in the subtask before that one.
+        """
+        stamps = sorted(self._observation_stamps())
+        reward, begun = 0.0, 0  # number of observations that belong to earlier subtasks
+        for event in self._ordered_events():
+            immediate = self._immediate(event)
+            t = to_seconds(event)
+            steps = max(bisect_left(stamps, t) - begun, 0)
+            reward += DISCOUNT**steps * immediate
+            if event.kind in END_OF_SUBTASK:
+                begun = self._observed_by_end_of(event, stamps)
+        return reward
+
+    def _mine(self, message: object) -> bool:
+        return message.task_id == self._state.task_id  # type: ignore[attr-defined]
+
+    def _observation_stamps(self) -> list[float]:
+        return [to_seconds(observation) for observation in self._observations.values()]
+
+    def _observed_by_end_of(self, event: TaskEvent, stamps: list[float]) -> int:
+        """Count the observations up to the one that tells of this end of a subtask.
+
+        What the person did in the same instant is observed after it and counts for the next.
+        """
+        t = to_seconds(event)
+        told = sum(
+            1
+            for observation in self._observations.values()
+            if to_seconds(observation) == t and observation.trigger == Observation.TRIGGER_SUBTASK
+        )
+        return bisect_left(stamps, t) + told
+
+    def _ordered_events(self) -> list[TaskEvent]:
+        return [self._events[sequence] for sequence in sorted(self._events)]
+
+    def _immediate(self, event: TaskEvent) -> float:
+        """Return the immediate reward of Table 6.4."""
+        if event.kind == TaskEvent.SUBTASK_SUCCEEDED:
+            return SUCCESS_REWARD
+        if event.kind == TaskEvent.SUBTASK_FAILED:
+            return FAILURE_REWARD[self._state.scenario]
+        return WARNING_REWARD if event.kind == TaskEvent.WARNING else 0.0
+
+    def _number_of(self, kind: int) -> int:
+        return sum(event.kind == kind for event in self._events.values())
+
+    def _counts(self) -> tuple[int, int, int, int]:
+        """Subtasks: human succeeded, human failed, robot succeeded, robot (or belt) failed."""
+        human = [e.kind for e in self._events.values() if e.by == TaskEvent.BY_PERSON]
+        other = [e.kind for e in self._events.values() if e.by != TaskEvent.BY_PERSON]
+        return (
+            human.count(TaskEvent.SUBTASK_SUCCEEDED),
+            human.count(TaskEvent.SUBTASK_FAILED),
+            other.count(TaskEvent.SUBTASK_SUCCEEDED),
+            other.count(TaskEvent.SUBTASK_FAILED),
+        )
+
+    def _success(self) -> int | None:
+        if self._number_of(TaskEvent.TASK_SUCCEEDED):
+            return 1
+        return 0 if self._number_of(TaskEvent.TASK_FAILED) else None
+
+    def _human_name(self) -> str:
+        if not self._truths:
+            return self._human
+        return str(self._truths[min(self._truths)].human_type)
+
+    def _accuracy(self, stage: Sequence[str]) -> float | None:
+        """Share of decisions whose most likely state was the truth, while the truth was in `stage`.
+
+        Decisions of models that do not know the stage are not judged.
+        """
+        truths = [self._truths[sequence] for sequence in sorted(self._truths)]
+        stamps = [to_seconds(truth) for truth in truths]
+        right = judged = 0
+        for sequence, decision in self._decisions.items():
+            names = self._states.get(decision.model_hash, [])
+            observation = self._observations.get(sequence)
+            if observation is None or not set(names) & set(stage):
+                continue
+            index = bisect_right(stamps, to_seconds(observation)) - 1
+            if index < 0 or truths[index].anticipated_state not in stage:
+                continue
+            judged += 1
+            right += names[_arg_max(decision.belief)] == truths[index].anticipated_state
+        return _ratio(right, judged)
+
+
+def _ratio(part: float, whole: float) -> float | None:
+    return None if whole == 0 else part / whole
+
+
+def _product(first: float | None, second: float | None) -> float | None:
+    return None if first is None or second is None else first * second
+
+
+def _arg_max(values: Sequence[float]) -> int:
+    return max(range(len(values)), key=lambda index: values[index])
