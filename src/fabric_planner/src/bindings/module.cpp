@@ -4,4 +4,6 @@
 PYBIND11_MODULE(_core, module) {
   module.doc() = "Planner core of FABRIC (C++); use `import fabric_planner`.";
   fabric::planner::bindPomdp(module);
+  fabric::planner::bindSolvers(module);
+  fabric::planner::bindPlanner(module);
 }

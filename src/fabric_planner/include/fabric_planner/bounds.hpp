@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <Eigen/Dense>
+#include <vector>
+
+#include "fabric_planner/pomdp.hpp"
+
+namespace fabric::planner {
+
+/// A bound on the optimal value that is the largest of linear functions of the belief.
+struct AlphaVectors {
+  Eigen::MatrixXd vectors;   ///< (K, S)
+  std::vector<int> actions;  ///< (K,): the first action of each vector's policy
+
+  /// Row with the largest value at the belief (S,), which need not be normalised.
+  [[nodiscard]] int best(const Eigen::VectorXd& belief) const;
+  [[nodiscard]] double value(const Eigen::VectorXd& belief) const;
+};
+
+/// Upper bound: the state becomes known after one step. One vector an action.
+AlphaVectors qmdp(const Pomdp& model);
+
+/// Upper bound, never above QMDP: the state becomes known one step late (Hauskrecht 2000),
+/// Q(a, s) = R(a, s) + gamma sum_o max_a' sum_s' T(s, s') O(s', o) Q(a', s').
+/// Iterated downwards from QMDP, so that it is a bound wherever it stops. One vector an action.
+/// @throw ModelError when discount is 1.
+AlphaVectors fastInformedBound(const Pomdp& model, double tolerance = 1e-6);
+
+/// Lower bound: one action for ever. One vector an action. @throw ModelError when discount is 1.
+AlphaVectors blindBound(const Pomdp& model);
+
+/// How much work the point-based lower bound may take; all counts, so that results repeat.
+struct PointBasedOptions {
+  int beliefs = 160;        ///< reachable beliefs at which the bound is improved
+  int sweeps = 40;          ///< rounds of backups over all beliefs
+  int evaluations = 60;     ///< evaluation steps of the controller after each round
+  double work = 4e9;        ///< multiplications after which no further round begins
+  double tolerance = 1e-7;  ///< a round that gains less anywhere is the last
+};
+
+/// Beliefs reachable from the initial one, each as far (L1) from the others as can be found by one
+/// more step. @return (S, N), N <= count, the initial belief first.
+Eigen::MatrixXd reachableBeliefs(const Pomdp& model, int count);
+
+/// Lower bound, never below the blind one: point-based policy iteration (Ji et al. 2007).
+/// Each vector is the value of a policy that can be executed. Deterministic. Exact for MDPs.
+/// @throw ModelError when discount is 1.
+AlphaVectors pointBasedBound(const Pomdp& model, const PointBasedOptions& options = {});
+
+}  // namespace fabric::planner

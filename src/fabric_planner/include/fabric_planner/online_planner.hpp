@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <Eigen/Dense>
+#include <memory>
+#include <mutex>
+
+#include "fabric_planner/bounds.hpp"
+#include "fabric_planner/pomdp.hpp"
+
+namespace fabric::planner {
+
+struct PlannerOptions {
+  double deadline = 0.5;  ///< s of steady time a decision may take, >= 0
+  double gap = 1e-3;      ///< upper minus lower bound at which a decision is good enough, >= 0
+  int max_nodes = 5000;   ///< beliefs one decision may expand, >= 0
+};
+
+enum class EndedBy {
+  GAP,      ///< the bounds met
+  NODES,    ///< max_nodes beliefs were expanded
+  DEADLINE  ///< time was up
+};
+
+struct Decision {
+  int action = 0;
+  double value = 0.0;          ///< of the action, at its lower bound
+  double lower_bound = 0.0;    ///< of the optimal value at the belief
+  double upper_bound = 0.0;    ///< of the optimal value at the belief
+  int runner_up = -1;          ///< second best action, -1 when there is only one
+  double runner_up_gap = 0.0;  ///< value lost by taking it, by lower bounds; >= 0
+  int nodes = 0;               ///< beliefs expanded
+  double planning_time = 0.0;  ///< s
+  bool deadline_missed = false;
+  bool fallback_used = false;  ///< nothing was searched; the offline policy answered
+  EndedBy ended_by = EndedBy::GAP;
+};
+
+class SearchTree;
+
+/// Anytime search over exact beliefs between a lower and an upper bound.
+///
+/// The tree grows where it counts most for the gap at the root (AEMS2, Ross & Chaib-draa 2007):
+/// down the action with the best upper bound, to the leaf with the largest gap weighted by
+/// discount and probability. Leaves are bounded by pointBasedBound() below and
+/// fastInformedBound() above, both found when the planner is made, outside any deadline. Bounds
+/// at the root hold for the optimal policy whenever the search stops. Memory for max_nodes is
+/// reserved when the planner is made; no decision allocates nodes one by one.
+///
+/// The same belief gives the same decision, except when it ended by DEADLINE. decide() may be
+/// called from several threads; calls wait for one another.
+class OnlinePlanner {
+ public:
+  /// @throw ModelError when an option is out of range or the model's discount is 1.
+  explicit OnlinePlanner(std::shared_ptr<const Pomdp> model, PlannerOptions options = {});
+  ~OnlinePlanner();
+
+  /// @param belief (S,), sums to 1. @throw ModelError when it is no distribution.
+  Decision decide(const Eigen::VectorXd& belief);
+
+  [[nodiscard]] const AlphaVectors& lowerBound() const { return lower_; }
+  [[nodiscard]] const AlphaVectors& upperBound() const { return upper_; }
+  [[nodiscard]] const PlannerOptions& options() const { return options_; }
+  [[nodiscard]] const Pomdp& model() const { return *model_; }
+
+ private:
+  std::shared_ptr<const Pomdp> model_;
+  PlannerOptions options_;
+  AlphaVectors lower_;
+  AlphaVectors upper_;
+  std::unique_ptr<SearchTree> tree_;
+  std::mutex one_at_a_time_;
+};
+
+}  // namespace fabric::planner

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <pybind11/eigen.h>
+#include <pybind11/stl.h>
+
+#include <memory>
+
+#include "arrays.hpp"
+#include "bindings.hpp"
+#include "fabric_planner/online_planner.hpp"
+
+namespace py = pybind11;
+using py::literals::operator""_a;
+
+namespace fabric::planner {
+namespace {
+
+void bindOptions(py::module_& module) {
+  py::class_<PlannerOptions>(module, "PlannerOptions")
+      .def(py::init([](double deadline, double gap, int max_nodes) {
+             return PlannerOptions{deadline, gap, max_nodes};
+           }),
+           "deadline"_a = PlannerOptions{}.deadline, "gap"_a = PlannerOptions{}.gap,
+           "max_nodes"_a = PlannerOptions{}.max_nodes,
+           "deadline: s a decision may take; gap: upper minus lower bound that is good enough;\n"
+           "max_nodes: beliefs a decision may expand. All >= 0.")
+      .def_readwrite("deadline", &PlannerOptions::deadline)
+      .def_readwrite("gap", &PlannerOptions::gap)
+      .def_readwrite("max_nodes", &PlannerOptions::max_nodes);
+}
+
+void bindDecisionResult(py::module_& module) {
+  py::enum_<EndedBy>(module, "EndedBy")
+      .value("GAP", EndedBy::GAP, "the bounds met")
+      .value("NODES", EndedBy::NODES, "max_nodes beliefs were expanded")
+      .value("DEADLINE", EndedBy::DEADLINE, "time was up");
+  py::class_<Decision>(module, "Decision", "What the planner chose, and how sure it is.")
+      .def_readonly("action", &Decision::action, "index of the action")
+      .def_readonly("value", &Decision::value, "of the action, at its lower bound")
+      .def_readonly("lower_bound", &Decision::lower_bound, "of the optimal value")
+      .def_readonly("upper_bound", &Decision::upper_bound, "of the optimal value")
+      .def_readonly("runner_up", &Decision::runner_up, "second best action, -1 when none")
+      .def_readonly("runner_up_gap", &Decision::runner_up_gap, "value lost by taking it")
+      .def_readonly("nodes", &Decision::nodes, "beliefs expanded")
+      .def_readonly("planning_time", &Decision::planning_time, "s")
+      .def_readonly("deadline_missed", &Decision::deadline_missed)
+      .def_readonly("fallback_used", &Decision::fallback_used,
+                    "nothing was searched; the offline policy answered")
+      .def_readonly("ended_by", &Decision::ended_by);
+}
+
+}  // namespace
+
+void bindPlanner(py::module_& module) {
+  bindOptions(module);
+  bindDecisionResult(module);
+  py::class_<OnlinePlanner>(module, "OnlinePlanner",
+                            "Anytime search over exact beliefs between two bounds. The same\n"
+                            "belief gives the same decision unless it ended by DEADLINE.")
+      .def(py::init([](std::shared_ptr<Pomdp> model, PlannerOptions options) {
+             py::gil_scoped_release release;
+             return std::make_unique<OnlinePlanner>(std::move(model), options);
+           }),
+           "model"_a, "options"_a = PlannerOptions{})
+      .def("decide", &OnlinePlanner::decide, "belief"_a, py::call_guard<py::gil_scoped_release>(),
+           "belief: (S,), sums to 1; raises ModelError for anything else.")
+      .def_property_readonly(
+          "lower_bound", [](const OnlinePlanner& p) { return RowMajor(p.lowerBound().vectors); },
+          "(K, S): the offline lower bound")
+      .def_property_readonly(
+          "upper_bound", [](const OnlinePlanner& p) { return RowMajor(p.upperBound().vectors); },
+          "(A, S): the offline upper bound");
+}
+
+}  // namespace fabric::planner
