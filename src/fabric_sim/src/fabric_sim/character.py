@@ -64,6 +64,10 @@ class Character:
         """Values of INFLUENCES, (8,): the dials, then one minus each dial."""
         return self.dials + tuple(1.0 - dial for dial in self.dials)
 
+    def influence(self, name: str) -> float:
+        """Return one of `influences` by name."""
+        return self.influences[INFLUENCES.index(name)]
+
     @property
     def name(self) -> str:
         """Name of the corner, or "e,s,a,c" with what is needed to read it back."""

@@ -1,0 +1,184 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A worker left alone: chooses actions, spends time on them, handles cubes, takes breaks."""
+
+from __future__ import annotations
+
+from typing import Any, Mapping, Optional
+
+import numpy as np
+
+from .character import Character
+from .truth import Counters, Truth
+from .worker_agenda import Agenda
+from .worker_events import HELD_BY_NOBODY, EventKind, WorkerEvent
+from .worker_model import ACTION_INDEX, STATE_INDEX, ModelLibrary, WorkerModel
+from .worker_parameters import ACTIONS, STATES, WorkerParameters
+from .worker_person import Person
+from .worker_responses import RuleMemory
+
+
+class LoneWorker:
+    """The acting half of a Worker; knows a cube but neither a robot nor the task's status.
+
+    state and action are names of STATES and ACTIONS. away: out of sight. holding: a cube is in
+    the hand. counters: steps since the subtask started.
+    """
+
+    def __init__(
+        self,
+        character: Character,
+        rng: np.random.Generator,
+        parameters: Optional[WorkerParameters] = None,
+        library: Optional[ModelLibrary] = None,
+    ) -> None:
+        self._p = parameters or WorkerParameters.load()
+        self.person = Person(character, self._p, library or ModelLibrary(self._p.model))
+        self._rng = rng
+        self.state, self.action = "task_assigned", "idle"
+        self.away = False
+        self.holding = False
+        self.counters = Counters()
+        self._subtask = False  # a cube that is not dealt with yet
+        self._colour: Any = None
+        self._rules: Mapping[Any, str] = {}
+        self._memory = RuleMemory((), character, self._p.memory)
+        self._cube, self._held_by = False, HELD_BY_NOBODY
+        self._events: list[WorkerEvent] = []
+        self._agenda = Agenda()
+        self._truth: Optional[Truth] = None
+        self._distracted_since = 0.0
+        self._prepare("inspection")
+
+    def _prepare(self, scenario: str) -> None:
+        """Update the model by the history, as after each task in section 6.4.1.1."""
+        self._scenario, self._sorting = scenario, scenario == "sorting"
+        self._timing = getattr(self._p.timing, scenario)
+        self._model: WorkerModel = self.person.model()
+        self._slow = self.person.slowness(self._timing)
+
+    def _emit(self, t: float, kind: EventKind, **details: Any) -> None:
+        self._events.append(WorkerEvent(t, kind, self.state, self.action, **details))
+
+    def _set_state(self, state: str, t: float) -> None:
+        if state == "no_attention" and self.state != state:
+            self._distracted_since = t
+        self.state = state
+        self._truth = None
+
+    def _release(self, t: float) -> None:
+        if self.holding:
+            self.holding = False
+            self._emit(t, EventKind.RELEASED, colour=self._colour)
+
+    def _begin(self, t: float, action: str) -> None:
+        self._agenda.clear()
+        self.action = action
+        self._truth = None
+        if self._subtask:
+            self.counters.step(self.state, action)
+        self._emit(t, EventKind.STARTED_ACTION)
+
+    def _stand_by(self, t: float) -> None:
+        """Stand idle until something happens."""
+        self._agenda.clear()
+        if self.action != "idle":
+            self._begin(t, "idle")
+
+    def _decide(self, t: float) -> None:
+        """Choose the next action by the policy, or wait while there is nothing to do."""
+        if not self._subtask or not self._cube or self._held_by != HELD_BY_NOBODY:
+            self._stand_by(t)
+            return
+        state = STATE_INDEX[self.state]
+        action = self._model.sample_action(state, self._rng)
+        self._begin(t, ACTIONS[action])
+        if self.action == "grasp":
+            self._grasp(t)
+        elif self.action == "walk_away":
+            self._agenda.add(t + self._timing.leave.draw(self._rng), self._leave)
+        else:
+            self._pass_time(t, state, action)
+
+    def _pass_time(self, t: float, state: int, action: int) -> None:
+        """Idle or look around, then be in the next state."""
+        span = self._timing.look_around if self.looking_around else self._timing.idle
+        slow = self._slow
+        if self._sorting and self.action == "idle":
+            slow *= 1.0 + self._p.memory.hesitation * (1.0 - self._memory.knows(self._colour))
+        outcome = STATES[self._model.sample_next(state, action, self._rng)]
+        self._agenda.add(t + span.draw(self._rng, slow), lambda now: self._arrive(now, outcome))
+
+    def _arrive(self, t: float, state: str) -> None:
+        self._set_state(state, t)
+        self._decide(t)
+
+    def _grasp(self, t: float) -> None:
+        """Lift and place, or fail to lift; light cubes are always lifted when sorting."""
+        index = self._model.sample_next(STATE_INDEX[self.state], ACTION_INDEX["grasp"], self._rng)
+        outcome = STATES[index]
+        if self._sorting or outcome == "success":
+            self._agenda.add(t + self._timing.reach.draw(self._rng, self._slow), self._pick)
+        else:
+            end = t + self._timing.failed_attempt.draw(self._rng, self._slow)
+            self._agenda.add(end, lambda now: self._fail(now, outcome))
+
+    def _fail(self, t: float, state: str) -> None:
+        self.counters.failed += 1
+        self._arrive(t, state)
+
+    def _pick(self, t: float) -> None:
+        if not self._cube or self._held_by != HELD_BY_NOBODY:
+            self._arrive(t, "evaluating")
+            return
+        self.holding = True
+        self._agenda.drop_notice()
+        self._emit(t, EventKind.PICKED_CUBE, colour=self._colour)
+        placed = t + self._timing.carry.draw(self._rng, self._slow)
+        self._agenda.add(placed, self._place)
+        self._agenda.add(placed + self._timing.retreat.draw(self._rng, self._slow), self._decide)
+
+    def _place(self, t: float) -> None:
+        self.holding = False
+        right = self._rules.get(self._colour, "inspected")
+        label = self._choose_tray(right)
+        self.counters.placed(label == right)
+        self._emit(
+            t, EventKind.PLACED_CUBE, container=label, correct=label == right, colour=self._colour
+        )
+
+    def _choose_tray(self, right: str) -> str:
+        if not self._sorting or self._rng.random() < self._memory.knows(self._colour):
+            return right
+        labels = sorted(set(self._rules.values()))
+        return labels[int(self._rng.integers(len(labels)))]
+
+    # -- breaks ---------------------------------------------------------------------------------
+
+    def _leave(self, t: float) -> None:
+        self.away = True
+        self._set_state("recovery", t)
+        self._emit(t, EventKind.LEFT)
+        self._rest(t)
+
+    def _rest(self, t: float) -> None:
+        self._begin(t, "idle")
+        self._agenda.add(t + self._timing.rest.draw(self._rng), self._rested)
+
+    def _rested(self, t: float) -> None:
+        index = self._model.sample_next(STATE_INDEX["recovery"], ACTION_INDEX["idle"], self._rng)
+        if STATES[index] == "recovery":
+            self._rest(t)
+        else:
+            back = t + self._timing.come_back.draw(self._rng)
+            self._agenda.add(back, lambda now: self._return(now, STATES[index]))
+
+    def _return(self, t: float, state: str) -> None:
+        self.away = False
+        self.person.rested()
+        self._set_state(state, t)
+        self._emit(t, EventKind.RETURNED)
+        self._take_up_work(t)
+
+    def _take_up_work(self, t: float) -> None:
+        """Go on after a break."""
+        self._decide(t)

@@ -1,0 +1,55 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""How a person answers help (thesis section 4.3.2), and what a person remembers of the rules."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, Iterable
+
+from .character import Character
+from .worker_parameters import MemoryParameters, ResponseParameters
+
+
+def origin_of(state: str, action: str, failed: int) -> str:
+    """Name what the robot interrupts: a state, or `grasping`, or `trying_again` after failures."""
+    if action == "grasp":
+        return "trying_again" if failed > 0 else "grasping"
+    return state
+
+
+def refusal_probability(
+    general: float, origin: str, distracted_for: float, p: ResponseParameters
+) -> float:
+    """Return the probability that a person interrupted at `origin` refuses the robot's help.
+
+    general: the model's refusal, which carries the collaborativeness; the origin adds log-odds.
+    Somebody distracted accepts in proportion to the time of the distraction, `distracted_for` s.
+    """
+    shift = p.refusal_shift.get(origin, 0.0)
+    if origin == "no_attention":
+        shift -= p.distraction_relief * min(1.0, distracted_for / p.distraction_time)
+    general = min(1.0 - 1e-6, max(1e-6, general))
+    return 1.0 / (1.0 + (1.0 - general) / general * math.exp(-shift))
+
+
+class RuleMemory:
+    """For every colour the probability to know its tray; who does not know guesses."""
+
+    def __init__(self, colours: Iterable[Any], person: Character, p: MemoryParameters) -> None:
+        known = p.known - p.inexperience * (1.0 - person.expertise)
+        known -= p.distraction * (1.0 - person.attention)
+        self._known = {colour: max(0.0, known) for colour in colours}
+        self._forgets = p.forgets * (1.0 - person.attention)
+        self._learns = p.learns
+
+    def knows(self, colour: Any) -> float:
+        """Return the probability of knowing the tray of a colour; 1 when there is no rule."""
+        return self._known.get(colour, 1.0)
+
+    def saw(self, colour: Any) -> None:
+        """Take note that a cube of this colour was dealt with: this tray is learnt."""
+        for other, value in self._known.items():
+            if other == colour:
+                self._known[other] = value + self._learns * (1.0 - value)
+            else:
+                self._known[other] = value * (1.0 - self._forgets)
