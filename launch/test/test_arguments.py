@@ -106,3 +106,17 @@ def test_the_script_needs_nothing_but_the_standard_library():
     told = subprocess.run(command, capture_output=True, text=True, check=True)
     assert told.stdout.splitlines()[0] == "tasks:=5"
     assert "rviz" not in told.stdout
+
+
+def test_replay_takes_a_recording_that_exists_and_a_policy_that_decides_alone(tmp_path):
+    trial = tmp_path / "trial.csv"
+    trial.touch()
+    said = arguments.parse("replay", [f"file:={trial}", "policy:=reactive", "speed:=0"])
+    assert (said["file"], said["policy"], said["speed"]) == (str(trial), "reactive", "0")
+    for word in ("file:=gone.csv", f"file:={tmp_path}", "policy:=abps", "speed:=-1"):
+        with pytest.raises(arguments.ArgumentError, match=word + " is refused"):
+            arguments.parse(
+                "replay", [word] if word.startswith("file") else [f"file:={trial}", word]
+            )
+    with pytest.raises(arguments.ArgumentError, match="file:= is refused"):
+        arguments.parse("replay", [])

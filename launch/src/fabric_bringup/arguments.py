@@ -4,6 +4,7 @@
 
 Needs the standard library only: `./fabric` refuses a bad value before the workspace is built.
 """
+
 from __future__ import annotations
 
 import dataclasses
@@ -16,6 +17,8 @@ from collections.abc import Callable, Sequence
 
 SCENARIOS = ("inspection", "sorting")
 POLICIES = ("abps", "proactive", "reactive", "none")
+REPLAY_POLICIES = ("proactive", "reactive")
+RECORDING_SUFFIXES = (".csv", ".bag")
 HUMAN_TYPES = tuple(
     "_".join(corner)
     for corner in itertools.product(
@@ -112,14 +115,30 @@ def human(text: str) -> str:
         raise ArgumentError("a simulated person (manual is not available yet in this version)")
     raise ArgumentError(
         "random, mixed, four numbers e,s,a,c in [0, 1], a model file (.pomdpx), "
-        "or one of the types "
-        + ", ".join(HUMAN_TYPES)
+        "or one of the types " + ", ".join(HUMAN_TYPES)
     )
 
 
 def policy(text: str) -> str:
     """A policy by name, or a decision model file."""
     return _model_file(text) or one_of((*POLICIES, "a model file (.pomdpx)"))(text)
+
+
+def replay_policy(text: str) -> str:
+    """A policy that decides alone, by name, or a decision model file."""
+    return _model_file(text) or one_of((*REPLAY_POLICIES, "a model file (.pomdpx)"))(text)
+
+
+def replay_speed(text: str) -> str:
+    """As speed; 0 is another word for max."""
+    return "0" if text == "0" else speed(text)
+
+
+def recording(text: str) -> str:
+    """Absolute path of a recorded trial."""
+    if not text.lower().endswith(RECORDING_SUFFIXES) or not os.path.isfile(text):
+        raise ArgumentError("a recorded trial that exists (.csv or .bag)")
+    return os.path.abspath(text)
 
 
 def sensing(text: str) -> str:
@@ -173,6 +192,10 @@ WORDS = (
     Word("rviz", "false", "open the 3D view", boolean, ("sim",)),
     Word("record", "true", "one bag a task", boolean, ("sim",)),
     Word("out_dir", new_run_folder, "folder of the record", out_dir),
+    Word("file", "", "the recorded trial, a CSV file or a bag", recording, ("replay",)),
+    Word("policy", "proactive", "proactive | reactive | a model file", replay_policy, ("replay",)),
+    Word("speed", "max", "times the recorded time, or max", replay_speed, ("replay",)),
+    Word("out_dir", "runs/replay", "folder of plot and summary", out_dir, ("replay",)),
 )
 
 
@@ -201,7 +224,7 @@ def parse(command: str, arguments: Sequence[str]) -> dict[str, str]:
         given[name] = _checked(known[name], text)
     for name, word in known.items():
         if name not in given:
-            given[name] = word.check(word.default() if callable(word.default) else word.default)
+            given[name] = _checked(word, word.default() if callable(word.default) else word.default)
     return {name: given[name] for name in known}
 
 
@@ -218,7 +241,8 @@ def usage(command: str) -> str:
     for word in words_of(command).values():
         default = "runs/<date>_<time>" if callable(word.default) else word.default
         lines.append(f"  {word.name + ':=' + default:<32} {word.meaning}")
-    lines.append("types of people: " + ", ".join(HUMAN_TYPES))
+    if "human" in words_of(command):
+        lines.append("types of people: " + ", ".join(HUMAN_TYPES))
     return "\n".join(lines)
 
 
