@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
 """What is missing or wrong on this machine, each with its cure. Standard library only."""
+
 from __future__ import annotations
 
 import os

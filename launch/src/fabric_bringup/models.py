@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Loads the model files named on the command line, so that a bad one is refused at once."""
+
 from __future__ import annotations
 
 import os

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Which port a ROS master can have."""
+
 from __future__ import annotations
 
 import socket
