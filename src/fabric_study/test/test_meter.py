@@ -240,12 +240,12 @@ def test_the_truth_names_the_person():
     assert record.row()["human"] == "0.1,0.2,0.3,0.4"
 
 
-def test_the_selected_policy_and_the_first_type_belief_of_the_task_are_kept():
+def test_the_selected_policy_and_the_type_belief_of_the_task_are_kept():
     meter = Record().meter(policy="abps")
     meter.on_policy(PolicyChoice(task_id=3, policy="old"))
     meter.on_policy(PolicyChoice(task_id=4, policy="reminding"))
+    meter.on_type_belief(TypeBelief(task_id=3, entropy=0.5))
     meter.on_type_belief(TypeBelief(task_id=4, entropy=1.5))
-    meter.on_type_belief(TypeBelief(task_id=4, entropy=0.5))
     row = meter.row()
     assert (row["policy"], row["model"], row["type_belief_entropy"]) == ("abps", "reminding", 1.5)
 
@@ -264,6 +264,11 @@ def test_a_task_is_complete_when_every_observation_is_decided_on_and_names_are_k
     assert not meter.complete()
     meter.on_model(ModelInfo(hash="m", states=STATES))
     assert meter.complete()
+    selected = record.meter(policy="abps")
+    selected.on_model(ModelInfo(hash="m", states=STATES))
+    assert not selected.complete()
+    selected.on_type_belief(TypeBelief(task_id=4, entropy=1.5))
+    assert selected.complete()
     undecided = Record()
     undecided.add("on_observation", Observation(), 1.0, task_success=True)
     assert not undecided.meter().complete()

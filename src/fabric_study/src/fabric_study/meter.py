@@ -94,7 +94,7 @@ class TaskMeter:
             self._model = choice.policy
 
     def on_type_belief(self, belief: TypeBelief) -> None:
-        """Take the belief over types with which the policy was selected: the task's first."""
+        """Take the belief over types that the task has left; there is one a task."""
         if self._mine(belief) and self._entropy is None:
             self._entropy = belief.entropy
 
@@ -121,12 +121,14 @@ class TaskMeter:
     def complete(self) -> bool:
         """Say whether everything that belongs to the ended task is there.
 
-        That is its last event, the observation that tells the end, a decision on each
-        observation, and the state names of each deciding model.
+        That is the observation that tells the end, a decision on each observation, the state
+        names of each deciding model, and with ABPS the type belief that the task has left.
         """
         if any(event.kind == TaskEvent.TASK_ABORTED for event in self._events.values()):
             return True
         if not any(o.task_success or o.task_failure for o in self._observations.values()):
+            return False
+        if self._policy == "abps" and self._entropy is None:
             return False
         known = all(d.model_hash in self._states for d in self._decisions.values())
         return known and set(self._decisions) >= set(self._observations)
