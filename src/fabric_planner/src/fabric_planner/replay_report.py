@@ -302,7 +302,7 @@ def _draw_actions(
     height = {action: number for number, action in enumerate(ACTIONS)}
     ours = [height[outcome.action] for outcome in outcomes]
     axes.step(times, ours, where="post", color="tab:blue", label="our robot", lw=1.8)
-    answers = [(step.time, height[step.recorded]) for step in recording.steps if step.recorded]
+    answers = [(step.time, height[step.in_force]) for step in recording.steps if step.in_force]
     if answers:
         when, what = np.array(answers).T
         axes.step(when, what + 0.12, where="post", color="tab:orange", label="recorded robot")
