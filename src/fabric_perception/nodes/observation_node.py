@@ -19,6 +19,8 @@ class ObservationNode:
     def __init__(self, parameters: dict[str, Any]) -> None:
         self._agent = ObservationAgent(load_parameters(parameters))
         self._pairing = StampPairing("activity", "head")
+        self._task_id = 0
+        self._newest = 0.0  # s, of all stamps of the task
         self._traffic = Traffic("observation")
         self._observations = self._traffic.publisher("observation", Observation)
         self._traffic.subscribe("task/state", TaskState, self._on_state)
@@ -31,16 +33,23 @@ class ObservationNode:
         )
 
     def _on_state(self, state: TaskState) -> None:
-        self._agent.start_task(state.header.stamp.to_sec(), state)
+        if state.task_id != self._task_id:
+            self._task_id, self._newest = state.task_id, 0.0
+        self._agent.start_task(self._time_of(state), state)
 
     def _on_event(self, event: TaskEvent) -> None:
-        self._publish(self._agent.on_task_event(event.header.stamp.to_sec(), event))
+        self._publish(self._agent.on_task_event(self._time_of(event), event))
 
     def _on_percept(self, kind: str, message: Any) -> None:
         pair = self._pairing.add(kind, message.header.stamp.to_nsec(), message)
         if pair is not None:
-            t = message.header.stamp.to_sec()
+            t = self._time_of(message)
             self._publish(self._agent.on_percepts(t, pair["activity"], pair["head"]))
+
+    def _time_of(self, message: Any) -> float:
+        """The stamp (s), or the newest so far: real sensors do not deliver in order of time."""
+        self._newest = max(self._newest, message.header.stamp.to_sec())
+        return self._newest
 
     def _publish(self, observations: list[Observation]) -> None:
         for observation in observations:

@@ -13,9 +13,8 @@ import genpy
 from fabric_msgs.msg import HeadState, HumanActivity, Observation, TaskEvent, TaskState
 from fabric_perception.parameters import ObservationParameters
 from fabric_perception.recognition import Behaviour, Recogniser
-from fabric_perception.subtask_tracker import SubtaskTracker
+from fabric_perception.subtask_tracker import RESOLUTION, SubtaskTracker
 
-RESOLUTION = 1e-6  # s; times are compared to this resolution
 SUBTASK_END = (TaskEvent.SUBTASK_SUCCEEDED, TaskEvent.SUBTASK_FAILED)
 TASK_END = (TaskEvent.TASK_SUCCEEDED, TaskEvent.TASK_FAILED)
 
@@ -82,7 +81,7 @@ class ObservationAgent:
     def _reset(self, state: TaskState) -> None:
         self._task = state
         self._recogniser = Recogniser(self._parameters)
-        self._subtask = SubtaskTracker()
+        self._subtask = SubtaskTracker(self._parameters.settling_time)
         self._running = False
         self._started = False
         self._ended = 0
@@ -106,11 +105,11 @@ class ObservationAgent:
     def _track(self, t: float, before: Behaviour | None, now: Behaviour) -> None:
         grasped = before is not None and before.gesture == HumanActivity.GRASP
         grasps = now.gesture == HumanActivity.GRASP
-        self._subtask.warn(t, now.gesture == HumanActivity.WARN)
+        self._subtask.pass_time(t, now.gesture == HumanActivity.WARN)
         if grasps and not grasped:
             self._subtask.grasp_begins()
         if grasped and not grasps:
-            self._subtask.grasp_ends()
+            self._subtask.grasp_ends(t)
 
     def _trigger(self, t: float, before: Behaviour | None, now: Behaviour) -> int | None:
         if not self._running:
@@ -132,7 +131,7 @@ class ObservationAgent:
         if self._gesture() == HumanActivity.WARN:
             return []
         self._recogniser.force_warning()
-        self._subtask.warn(t, True)
+        self._subtask.pass_time(t, True)
         return [self._observe(t, Observation.TRIGGER_WARNING)]
 
     def _on_subtask_end(self, t: float, event: TaskEvent) -> list[Observation]:

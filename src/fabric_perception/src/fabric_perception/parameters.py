@@ -33,6 +33,9 @@ class ObservationParameters:
     warning_hold: float = _parameter(
         1.0, "s", 0.0, 10.0, "a warning told by the fast road lasts at least this long"
     )
+    settling_time: float = _parameter(
+        2.0, "s", 0.0, 10.0, "time for a placement to be reported before an attempt has failed"
+    )
     evidence_age_limit: float = _parameter(
         1.0, "s", 0.1, 10.0, "gesture evidence older than this is not used"
     )

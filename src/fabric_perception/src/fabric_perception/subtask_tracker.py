@@ -1,15 +1,23 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """What the observation agent remembers of the current subtask."""
 
+RESOLUTION = 1e-6  # s; times are compared to this resolution
+
 
 class SubtaskTracker:
-    """Clock of the subtask, waiting time and grasp attempts that came to nothing. Times in s."""
+    """Clock of the subtask, waiting time and grasp attempts that came to nothing. Times in s.
 
-    def __init__(self) -> None:
+    Load cells are slow, so an attempt that has ended counts as failed only when the containers
+    have had their time to settle, or when the person reaches again.
+    """
+
+    def __init__(self, settling_time: float) -> None:
+        self._settling_time = settling_time
         self._started: float | None = None
         self._waiting_since: float | None = None
-        self._attempting = False
         self._warning = False
+        self._attempting = False
+        self._attempt_ended: float | None = None  # an attempt whose outcome is open
         self.failed_attempts = 0
 
     def start(self, t: float, grasping: bool) -> None:
@@ -19,30 +27,33 @@ class SubtaskTracker:
         self._attempting = grasping
 
     def end(self) -> None:
-        """The cube is gone. An attempt in progress was for that cube, so it counts no more."""
+        """The cube is gone, and with it every attempt at it."""
         self._started = None
         self._waiting_since = None
-        self._attempting = False
-        self.failed_attempts = 0
+        self._forget_attempts()
 
     def grasp_begins(self) -> None:
-        """A grasp attempt is recognised."""
+        """A grasp attempt is recognised; the one before has failed if its outcome was open."""
         self._attempting = True
+        if self._attempt_ended is not None:
+            self._fail()
 
-    def grasp_ends(self) -> None:
-        """The attempt is over and no placement ended the subtask meanwhile: it has failed."""
+    def grasp_ends(self, t: float) -> None:
+        """The attempt is over; a placement may still be reported."""
         if self._attempting:
-            self.failed_attempts += 1
+            self._attempt_ended = t
         self._attempting = False
 
-    def warn(self, t: float, warning: bool) -> None:
-        """Tell whether a warning lasts at `t`; it wipes the attempts and restarts the waiting."""
+    def pass_time(self, t: float, warning: bool) -> None:
+        """Go on to `t`, told whether a warning lasts; it wipes attempts and holds the waiting."""
         if warning:
-            self.failed_attempts = 0
-            self._attempting = False
+            self._forget_attempts()
         if (warning or self._warning) and self._started is not None:
             self._waiting_since = t
         self._warning = warning
+        ended = self._attempt_ended
+        if ended is not None and t - ended >= self._settling_time - RESOLUTION:
+            self._fail()
 
     def elapsed(self, t: float) -> float:
         """Time since the subtask began, 0 while no cube is there."""
@@ -51,3 +62,12 @@ class SubtaskTracker:
     def waiting(self, t: float) -> float:
         """Time since the subtask began or the last warning ended, whichever is later."""
         return 0.0 if self._waiting_since is None else t - self._waiting_since
+
+    def _fail(self) -> None:
+        self.failed_attempts += 1
+        self._attempt_ended = None
+
+    def _forget_attempts(self) -> None:
+        self._attempting = False
+        self._attempt_ended = None
+        self.failed_attempts = 0
