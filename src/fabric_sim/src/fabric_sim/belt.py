@@ -5,7 +5,14 @@ import math
 
 from fabric_sim.geometry import BeltShape
 
+MAX_SPEED = 0.12  # m/s, of the Dobot's belt
 NEAR = 1e-9  # m; two places that differ by less are the same
+
+
+def check_speed(speed: float) -> None:
+    """Raise ValueError when a belt speed (m/s) is not finite, negative or beyond the motor."""
+    if not math.isfinite(speed) or not 0.0 <= speed <= MAX_SPEED:
+        raise ValueError(f"belt speed is {speed}, want a finite number of m/s, 0 to {MAX_SPEED}")
 
 
 class Belt:
@@ -30,9 +37,8 @@ class Belt:
         self._ignore_sensor = False
 
     def command(self, speed: float, ignore_sensor: bool) -> None:
-        """Run at `speed` m/s, forwards; 0 stops. Raises ValueError when it is not finite or < 0."""
-        if not math.isfinite(speed) or speed < 0.0:
-            raise ValueError(f"belt speed is {speed}, want a finite number of m/s, 0 or more")
+        """Run at `speed` m/s, forwards; 0 stops. Raises ValueError as check_speed."""
+        check_speed(speed)
         self._commanded = speed
         self._ignore_sensor = ignore_sensor
 

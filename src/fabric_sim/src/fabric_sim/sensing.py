@@ -63,14 +63,18 @@ class PersonSensor:
     def __init__(self, parameters: DirectParameters, rng: np.random.Generator) -> None:
         self._parameters = parameters
         self._rng = rng
-        self._actual: Behaviour | None = None
+        self._actual: tuple[Behaviour, int] | None = None
         self._shown: _Stretch | None = None
         self._coming: list[_Stretch] = []
         self._seen = 0.0
 
-    def sense(self, t: float, behaviour: Behaviour) -> Percept:
-        """What is recognised at time t (s) of a person who behaves so now."""
-        if behaviour != self._actual:
+    def sense(self, t: float, behaviour: Behaviour, episode: int = 0) -> Percept:
+        """What is recognised at time t (s) of a person who behaves so now.
+
+        A stretch ends with its behaviour, or when `episode` changes: the same gesture anew.
+        """
+        if (behaviour, episode) != self._actual:
+            self._actual = (behaviour, episode)
             self._begin(t, behaviour)
         warning = self._recognise(t)
         shown = self._shown
@@ -85,7 +89,6 @@ class PersonSensor:
         stretch = _Stretch(
             t + delay, self._confuse(behaviour), self._rng.uniform(*self._parameters.certainty)
         )
-        self._actual = behaviour
         if self._shown is None:
             self._shown, self._seen = stretch, t
         else:

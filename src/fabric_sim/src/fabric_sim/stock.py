@@ -1,0 +1,193 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The cubes of a task: each is in exactly one place, and only the methods here move it."""
+
+from dataclasses import dataclass
+from enum import Enum
+from typing import NamedTuple
+
+from fabric_msgs.msg import Container
+from fabric_sim.belt import Belt
+from fabric_sim.geometry import CellGeometry, Point, Tray
+
+
+class Place(Enum):
+    """Where a cube can be."""
+
+    FEEDER = "feeder"
+    BELT = "belt"
+    PERSON = "person"
+    ROBOT = "robot"
+    CONTAINER = "container"
+    FLOOR = "floor"
+
+
+@dataclass
+class CubeState:
+    """A cube: what it is, how it is perceived, where it is."""
+
+    id: int
+    colour: int  # Cube.COLOUR_*
+    perceived: int
+    confidence: float
+    place: Place = Place.FEEDER
+    container: int | None = None  # id, when in one
+
+
+class Deposit(NamedTuple):
+    """A cube came to lie in a container."""
+
+    cube: CubeState
+    tray: Tray
+
+
+class Stock:
+    """Belt, hand, suction cup, containers and floor, and the cubes among them."""
+
+    def __init__(self, geometry: CellGeometry, floor_time: float) -> None:
+        """floor_time: s until a cube on the floor is put into the belt box: it counts as lost,
+        and a task does not wait for it for ever."""
+        self._geometry = geometry
+        self._floor_time = floor_time
+        self.belt = Belt(geometry.belt)
+        self.trays: tuple[Tray, ...] = ()
+        self.cubes: dict[int, CubeState] = {}
+        self._floor: list[tuple[float, int]] = []
+        self._deposits: list[Deposit] = []
+
+    def load(self, trays: tuple[Tray, ...], cubes: list[CubeState]) -> None:
+        """Take everything away and fill the feeder with new cubes."""
+        self.trays = trays
+        self.cubes = {cube.id: cube for cube in cubes}
+        self._floor = []
+        self._deposits = []
+        self.belt.load([cube.id for cube in cubes])
+
+    # -- who has what ---------------------------------------------------------------------------
+
+    @property
+    def held_by_person(self) -> CubeState | None:
+        """The cube in the person's hand."""
+        return self._only(Place.PERSON)
+
+    @property
+    def held_by_robot(self) -> CubeState | None:
+        """The cube at the suction cup."""
+        return self._only(Place.ROBOT)
+
+    @property
+    def at_pick_point(self) -> CubeState | None:
+        """The cube in front of the infrared sensor."""
+        cube = self.belt.at_pick_point
+        return None if cube is None else self.cubes[cube]
+
+    @property
+    def in_play(self) -> CubeState | None:
+        """The cube whose turn it is: in a hand, at the pick point, next on the belt or to come."""
+        held = self.held_by_person or self.held_by_robot or self.at_pick_point
+        if held is not None:
+            return held
+        coming = [(x, cube) for cube, x in self.belt.places.items() if x < 0.0]
+        if coming:
+            return self.cubes[max(coming)[1]]
+        waiting = self.belt.waiting
+        return self.cubes[waiting[0]] if waiting else None
+
+    # -- what moves them ------------------------------------------------------------------------
+
+    def run(self, t: float, dt: float) -> None:
+        """Run the belt for dt seconds up to time t; tidy the floor."""
+        for cube in self.belt.step(dt):
+            self._deposit(self.cubes[cube], self._belt_box())
+        for cube in self.belt.places:
+            self.cubes[cube].place = Place.BELT
+        due = [cube for fell, cube in self._floor if t - fell >= self._floor_time]
+        self._floor = [(fell, cube) for fell, cube in self._floor if cube not in due]
+        for cube in due:
+            self._deposit(self.cubes[cube], self._belt_box())
+
+    def person_takes(self) -> bool:
+        """The cube at the pick point goes into the person's hand, if there is one and room."""
+        return self._take(self.at_pick_point, Place.PERSON)
+
+    def person_places(self, label: str) -> bool:
+        """The cube in the hand goes into the person's tray of that label.
+
+        Raises ValueError when the person has no such tray.
+        """
+        owned = [t for t in self.trays if t.owner == Container.OWNER_PERSON]
+        tray = next((t for t in owned if t.label == label), None)
+        if tray is None:
+            labels = ", ".join(t.label for t in owned)
+            raise ValueError(f"the person has no tray {label!r}; there are: {labels}")
+        cube = self.held_by_person
+        if cube is not None:
+            self._deposit(cube, tray)
+        return cube is not None
+
+    def person_releases(self, t: float) -> bool:
+        """The cube in the hand goes back to the pick point."""
+        cube = self.held_by_person
+        if cube is not None:
+            self._put_on_belt(t, cube, 0.0)
+        return cube is not None
+
+    def cup_takes(self, cup: Point, lateral: float, vertical: float) -> bool:
+        """A sucking cup at this place (m, cell) takes the cube under it, if one is close enough."""
+        below = self._geometry.conveyor.from_cell(cup)
+        if abs(below.z - self._geometry.edge) > vertical:
+            return False
+        for cube, x in self.belt.places.items():
+            if (below.x - x) ** 2 + below.y**2 <= lateral**2:
+                return self._take(self.cubes[cube], Place.ROBOT)
+        return False
+
+    def cup_drops(self, t: float, cup: Point) -> bool:
+        """The cube at the cup falls from this place (m, cell) into what is below."""
+        cube = self.held_by_robot
+        if cube is None:
+            return False
+        tray = next((tray for tray in self.trays if tray.holds(cup)), None)
+        below = self._geometry.conveyor.from_cell(cup)
+        if tray is not None:
+            self._deposit(cube, tray)
+        elif self._on_belt(below):
+            self._put_on_belt(t, cube, below.x)
+        else:
+            self._to_floor(t, cube)
+        return True
+
+    def take_deposits(self) -> list[Deposit]:
+        """What came into containers since the last call, in order; each deposit once."""
+        deposits, self._deposits = self._deposits, []
+        return deposits
+
+    def _only(self, place: Place) -> CubeState | None:
+        return next((cube for cube in self.cubes.values() if cube.place is place), None)
+
+    def _take(self, cube: CubeState | None, place: Place) -> bool:
+        if cube is None or self._only(place) is not None:
+            return False
+        self.belt.take(cube.id)
+        cube.place = place
+        return True
+
+    def _put_on_belt(self, t: float, cube: CubeState, x: float) -> None:
+        if self.belt.put(cube.id, x):
+            cube.place = Place.BELT
+        else:
+            self._to_floor(t, cube)
+
+    def _to_floor(self, t: float, cube: CubeState) -> None:
+        cube.place = Place.FLOOR
+        self._floor.append((t, cube.id))
+
+    def _deposit(self, cube: CubeState, tray: Tray) -> None:
+        cube.place, cube.container = Place.CONTAINER, tray.id
+        self._deposits.append(Deposit(cube, tray))
+
+    def _belt_box(self) -> Tray:
+        return next(tray for tray in self.trays if tray.owner == Container.OWNER_BELT)
+
+    def _on_belt(self, below: Point) -> bool:
+        shape = self._geometry.belt
+        return shape.feeder <= below.x <= shape.end and abs(below.y) <= shape.width / 2
