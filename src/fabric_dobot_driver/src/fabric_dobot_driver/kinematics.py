@@ -39,6 +39,7 @@ class ToolPose(NamedTuple):
 
 
 MAGICIAN = Links()
+ROUNDING = 1e-12  # an arm stretched or folded right up to the end is still within reach
 
 
 def forward(joints: Joints, links: Links = MAGICIAN) -> ToolPose:
@@ -67,9 +68,10 @@ def inverse(pose: ToolPose, links: Links = MAGICIAN) -> Joints | None:
     if d2 == 0.0:
         return None
     cosine = (links.rear_arm**2 + d2 - links.forearm**2) / (2.0 * links.rear_arm * math.sqrt(d2))
-    if abs(cosine) > 1.0:
+    if abs(cosine) > 1.0 + ROUNDING:
         return None
-    j2 = math.pi / 2 - (math.atan2(v, h) + math.acos(cosine))
+    inner = math.acos(max(-1.0, min(1.0, cosine)))
+    j2 = math.pi / 2 - (math.atan2(v, h) + inner)
     j3 = math.atan2(links.rear_arm * math.cos(j2) - v, h - links.rear_arm * math.sin(j2))
     return Joints(wrap(j1), wrap(j2), j3, wrap(pose.yaw - j1))
 
