@@ -1,12 +1,17 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Characters: names, numbers, refusals, and the `human:=` argument."""
 
+import itertools
+
 import numpy as np
 import pytest
+import worker_bench
 from hypothesis import given
 from hypothesis import strategies as st
 
 from fabric_sim.character import CORNERS, Character, CharacterError, human_of_task, named_generator
+
+assert worker_bench.LIBRARY  # loads the settings of hypothesis
 
 dial = st.floats(0.0, 1.0)
 
@@ -65,7 +70,7 @@ def test_mixed_shows_every_known_type_and_never_the_same_twice_in_a_row():
     for seed in range(20):
         names = [human_of_task("mixed", seed, number).name for number in range(1, 65)]
         assert set(names[:16]) == set(CORNERS)
-        assert all(a != b for a, b in zip(names, names[1:]))
+        assert all(a != b for a, b in itertools.pairwise(names))
     assert [human_of_task("mixed", 3, n) for n in range(1, 9)] == [
         human_of_task("mixed", 3, n) for n in range(1, 9)
     ]

@@ -1,12 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Who a simulated person is: four dials in [0, 1], their corners by name, and the `human:=` argument."""
+"""Who a simulated person is: four dials in [0, 1], corners by name, the argument `human:=`."""
 
 from __future__ import annotations
 
 import hashlib
 import math
 from dataclasses import dataclass, fields, replace
-from typing import Optional
 
 import numpy as np
 
@@ -75,17 +74,17 @@ class Character:
             return corner_name(self.dials)
         return ",".join(f"{dial:.10g}" for dial in self.dials)
 
-    def with_dials(self, **dials: float) -> "Character":
+    def with_dials(self, **dials: float) -> Character:
         """Return a copy with some dials replaced."""
         return replace(self, **dials)
 
     @classmethod
-    def random(cls, rng: np.random.Generator) -> "Character":
+    def random(cls, rng: np.random.Generator) -> Character:
         """Draw a point uniformly, to three decimals."""
         return cls(*(round(float(dial), 3) for dial in rng.random(4)))
 
     @classmethod
-    def parse(cls, text: str, rng: Optional[np.random.Generator] = None) -> "Character":
+    def parse(cls, text: str, rng: np.random.Generator | None = None) -> Character:
         """Read a corner's name, "e,s,a,c", or "random" (needs `rng`); raises CharacterError."""
         text = str(text).strip()
         if text in CORNERS:
@@ -99,7 +98,7 @@ class Character:
         raise CharacterError(f"unknown human type '{text}'; allowed: {_allowed()}")
 
     @classmethod
-    def _of_numbers(cls, text: str) -> "Character":
+    def _of_numbers(cls, text: str) -> Character:
         parts = text.split(",")
         if len(parts) != 4:
             raise CharacterError(
@@ -118,7 +117,8 @@ class Character:
 def corner_name(dials: tuple[float, ...]) -> str:
     """Name of a corner given its four dials, each 0 or 1."""
     return "_".join(
-        (high if dial else low) for dial, low, high in zip(dials, LOW_NAMES, HIGH_NAMES)
+        (high if dial else low)
+        for dial, low, high in zip(dials, LOW_NAMES, HIGH_NAMES, strict=True)
     )
 
 
@@ -132,7 +132,7 @@ CORNERS = _corners()
 
 
 def _allowed() -> str:
-    words = "_".join(f"{low}|{high}" for low, high in zip(LOW_NAMES, HIGH_NAMES))
+    words = "_".join(f"{low}|{high}" for low, high in zip(LOW_NAMES, HIGH_NAMES, strict=True))
     return f"{words}, four numbers e,s,a,c in [0, 1], random, mixed"
 
 

@@ -6,7 +6,8 @@ decides. Stage 1 says what may be wrong, stage 2 what the person would want, whi
 whether help would be accepted at this moment.
 
     state                        condition                                 word
-    success, failure                                                       global_success, global_fail
+    success                                                                global_success
+    failure                                                                global_fail
     task_assigned_to_robot                                                 task_assigned_to_robot
     warns_the_robot                                                        warning_received
     robot_receives_the_warning                                             does_not_need_help

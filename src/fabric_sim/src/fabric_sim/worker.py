@@ -15,7 +15,8 @@ action and the task's status override the state where thesis section 4.3.2 says 
 
 from __future__ import annotations
 
-from typing import Any, Mapping, Optional
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
@@ -24,9 +25,19 @@ from .truth import Counters, Truth, anticipated_state
 from .worker_agenda import Handler
 from .worker_alone import LoneWorker
 from .worker_events import (
-    HELD_BY_NOBODY, PHASE_APPROACH, PHASE_CARRY, PHASE_CONTACT, ROBOT_GRASP, ROBOT_NONE,
-    ROBOT_PLANNING, ROBOT_POINT, EventKind, RobotView, WorkerEvent, WorldView,
-)  # fmt: skip
+    HELD_BY_NOBODY,
+    PHASE_APPROACH,
+    PHASE_CARRY,
+    PHASE_CONTACT,
+    ROBOT_GRASP,
+    ROBOT_NONE,
+    ROBOT_PLANNING,
+    ROBOT_POINT,
+    EventKind,
+    RobotView,
+    WorkerEvent,
+    WorldView,
+)
 from .worker_model import ACTION_INDEX, STATE_INDEX, ModelLibrary
 from .worker_parameters import SCENARIOS, WorkerParameterError, WorkerParameters, known
 from .worker_responses import RuleMemory, origin_of
@@ -49,8 +60,8 @@ class Worker(LoneWorker):
         self,
         character: Character,
         rng: np.random.Generator,
-        parameters: Optional[WorkerParameters] = None,
-        library: Optional[ModelLibrary] = None,
+        parameters: WorkerParameters | None = None,
+        library: ModelLibrary | None = None,
     ) -> None:
         super().__init__(character, rng, parameters, library)
         self.tasks_done = 0
@@ -58,7 +69,7 @@ class Worker(LoneWorker):
         self.refusals = 0
         self._running = False  # a task
         self._pointings = 0
-        self._origin: Optional[str] = None  # overrides where the person was interrupted
+        self._origin: str | None = None  # overrides where the person was interrupted
         self._forget_robot()
 
     def _forget_robot(self) -> None:
@@ -71,8 +82,8 @@ class Worker(LoneWorker):
         self,
         t: float,
         scenario: str,
-        rng: Optional[np.random.Generator] = None,
-        rules: Optional[Mapping[Any, str]] = None,
+        rng: np.random.Generator | None = None,
+        rules: Mapping[Any, str] | None = None,
     ) -> None:
         """Begin a task at its place of work.
 
@@ -188,13 +199,23 @@ class Worker(LoneWorker):
         """Return the hidden state and its name in the robot's models."""
         if self._truth is None:
             word = anticipated_state(
-                self.state, self.action, self.counters, self.acceptance(t),
-                self.person.weakest, self._sorting, self._p.truth,
-            )  # fmt: skip
+                self.state,
+                self.action,
+                self.counters,
+                self.acceptance(t),
+                self.person.weakest,
+                self._sorting,
+                self._p.truth,
+            )
             self._truth = Truth(
-                self.person.character.name, self.state, self.action, word,
-                *self.person.now.dials, self.refusals, self.tasks_done,
-            )  # fmt: skip
+                self.person.character.name,
+                self.state,
+                self.action,
+                word,
+                *self.person.now.dials,
+                self.refusals,
+                self.tasks_done,
+            )
         return self._truth
 
     # -- running --------------------------------------------------------------------------------

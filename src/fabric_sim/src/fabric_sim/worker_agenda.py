@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from typing import Callable, Optional
+from collections.abc import Callable
 
 NEVER = float("inf")
 _SLACK = 1e-9  # s, so that a tick at exactly the planned time counts as reached
@@ -19,7 +19,7 @@ class Agenda:
 
     def __init__(self) -> None:
         self._pieces: list[tuple[float, Handler]] = []
-        self._notice: Optional[Handler] = None
+        self._notice: Handler | None = None
         self._notice_at = NEVER
         self.until = NEVER
 

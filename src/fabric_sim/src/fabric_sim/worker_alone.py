@@ -3,7 +3,8 @@
 
 from __future__ import annotations
 
-from typing import Any, Mapping, Optional
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
@@ -28,8 +29,8 @@ class LoneWorker:
         self,
         character: Character,
         rng: np.random.Generator,
-        parameters: Optional[WorkerParameters] = None,
-        library: Optional[ModelLibrary] = None,
+        parameters: WorkerParameters | None = None,
+        library: ModelLibrary | None = None,
     ) -> None:
         self._p = parameters or WorkerParameters.load()
         self.person = Person(character, self._p, library or ModelLibrary(self._p.model))
@@ -45,7 +46,7 @@ class LoneWorker:
         self._cube, self._held_by = False, HELD_BY_NOBODY
         self._events: list[WorkerEvent] = []
         self._agenda = Agenda()
-        self._truth: Optional[Truth] = None
+        self._truth: Truth | None = None
         self._distracted_since = 0.0
         self._prepare("inspection")
 

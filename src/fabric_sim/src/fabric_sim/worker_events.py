@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import enum
 from dataclasses import dataclass
-from typing import Any, NamedTuple, Optional
+from typing import Any, NamedTuple
 
 # Numbers of fabric_msgs/Decision and fabric_msgs/RobotActionState; a test compares them.
 ROBOT_IDLE, ROBOT_PLANNING, ROBOT_POINT, ROBOT_GRASP, ROBOT_CANCEL = range(5)
@@ -49,6 +49,6 @@ class WorkerEvent:
     kind: EventKind
     state: str
     action: str
-    container: Optional[str] = None
-    correct: Optional[bool] = None
+    container: str | None = None
+    correct: bool | None = None
     colour: Any = None

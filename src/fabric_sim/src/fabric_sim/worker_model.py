@@ -9,8 +9,9 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_right
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Callable, Optional
+from typing import Any
 
 import numpy as np
 
@@ -188,7 +189,7 @@ def _allowed_mask(allowed: dict) -> np.ndarray:
         for action in actions:
             known(action, ACTIONS, f"allowed.{state}")
             mask[ACTION_INDEX[action], STATE_INDEX[known(state, STATES, "allowed")]] = True
-    for state, any_action in zip(STATES, mask.any(axis=0)):
+    for state, any_action in zip(STATES, mask.any(axis=0), strict=True):
         if not any_action:
             raise WorkerParameterError(f"allowed.{state}: missing or empty")
     return mask
@@ -236,10 +237,10 @@ class WorkerModel:
         self.character = character
         self.T, self.R, self.allowed = T, R, allowed
         self._parameters, self._solver = parameters, solver
-        self._policy: Optional[np.ndarray] = None
+        self._policy: np.ndarray | None = None
         self._choices: dict[int, list[float]] = {}
         self._outcomes: dict[int, list[float]] = {}
-        self._now: Optional[np.ndarray] = None
+        self._now: np.ndarray | None = None
 
     @property
     def policy(self) -> np.ndarray:

@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, fields, is_dataclass
 from pathlib import Path
-from typing import Any, Optional, get_type_hints
+from typing import Any, get_type_hints
 
 import numpy as np
 import yaml
@@ -160,7 +160,7 @@ class WorkerParameters:
     truth: TruthParameters
 
     @classmethod
-    def load(cls, path: Optional[Path] = None) -> "WorkerParameters":
+    def load(cls, path: Path | None = None) -> WorkerParameters:
         """Read a file, by default the package's; raises WorkerParameterError naming the entry."""
         path = Path(path) if path else default_path()
         try:
@@ -170,7 +170,7 @@ class WorkerParameters:
         return cls.of(content, path.name)
 
     @classmethod
-    def of(cls, content: Any, where: str = "worker") -> "WorkerParameters":
+    def of(cls, content: Any, where: str = "worker") -> WorkerParameters:
         """Build from nested dicts; raises WorkerParameterError naming the entry."""
         parameters = _build(cls, content, where)
         _check_ranges(parameters, where)

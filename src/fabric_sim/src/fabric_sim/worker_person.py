@@ -3,8 +3,6 @@
 
 from __future__ import annotations
 
-from typing import Optional
-
 from .character import Character
 from .worker_model import History, ModelLibrary, WorkerModel, effective_character
 from .worker_parameters import ScenarioTiming, WorkerParameters
@@ -21,7 +19,7 @@ class Person:
         self._p = parameters
         self._library = library
         self._history = History()
-        self._now: Optional[Character] = None
+        self._now: Character | None = None
 
     @property
     def history(self) -> History:
@@ -38,8 +36,8 @@ class Person:
     @property
     def weakest(self) -> str:
         """The lowest of the dials that decide how well the person works."""
-        dials = dict(zip(("expertise", "stamina", "attention"), self.now.dials))
-        return min(dials, key=dials.__getitem__)
+        now = self.now
+        return min("expertise", "stamina", "attention", key=lambda dial: getattr(now, dial))
 
     def model(self) -> WorkerModel:
         """Return the MDP of the person as of now."""

@@ -10,16 +10,28 @@ and takes the package over at 15 s, whatever the person does, and cancels when w
 from __future__ import annotations
 
 import argparse
+import itertools
 import json
 from dataclasses import asdict, dataclass, field
-from typing import Optional
 
 from .character import CORNERS, Character, named_generator
 from .worker import Worker
 from .worker_events import (
-    HELD_BY_NOBODY, HELD_BY_PERSON, HELD_BY_ROBOT, PHASE_APPROACH, PHASE_CARRY, PHASE_CONTACT,
-    PHASE_REST, ROBOT_CANCEL, ROBOT_GRASP, ROBOT_IDLE, ROBOT_PLANNING, EventKind, RobotView,
-    WorkerEvent, WorldView,
+    HELD_BY_NOBODY,
+    HELD_BY_PERSON,
+    HELD_BY_ROBOT,
+    PHASE_APPROACH,
+    PHASE_CARRY,
+    PHASE_CONTACT,
+    PHASE_REST,
+    ROBOT_CANCEL,
+    ROBOT_GRASP,
+    ROBOT_IDLE,
+    ROBOT_PLANNING,
+    EventKind,
+    RobotView,
+    WorkerEvent,
+    WorldView,
 )  # fmt: skip
 from .worker_model import ModelLibrary, Solver, planner_solver
 from .worker_parameters import WorkerParameters
@@ -31,7 +43,7 @@ RECORDED_STEP = 4.5  # s, a person's idle step in the recordings (ORIGINAL: acti
 #: (character, success, done by the robot, time s, warn per interfered step, success per grasp)
 RECORDED = {
     "beginner rested": (Character(0, 1, 1, 1), 0.782, 0.34, 36.5, (0.09, 0.13), (0.29, 0.33)),
-    "beginner tired noncoll.": (Character(0, 0, 1, 0), 0.786, 0.52, 35.6, (0.47, 0.57), (0.29, 0.33)),
+    "beginner tired nonc.": (Character(0, 0, 1, 0), 0.786, 0.52, 35.6, (0.47, 0.57), (0.29, 0.33)),
     "distracted": (Character(0.5, 0.5, 0, 1), 0.937, 0.55, 29.3, (0.09, 0.13), (0.62, 0.73)),
     "expert rested": (Character(1, 1, 1, 1), 0.996, 0.04, 11.1, (0.09, 0.13), (1.0, 1.0)),
     "expert tired": (Character(1, 0, 1, 1), 0.988, 0.30, 17.9, (0.09, 0.13), (0.86, 0.89)),
@@ -51,7 +63,7 @@ class ScriptedRobot:
 
     def __init__(self, start: float) -> None:
         self._start = start
-        self._cancelled: Optional[float] = None
+        self._cancelled: float | None = None
         self.placed = False
 
     def warned(self, t: float) -> None:
@@ -87,11 +99,11 @@ class TaskResult:
     interferences: int
     refusals: int
     watched: float
-    first_left: Optional[float]
+    first_left: float | None
     events: list[WorkerEvent] = field(repr=False, default_factory=list)
 
 
-def run_inspection(worker: Worker, seed: int, robot_starts: Optional[float] = None) -> TaskResult:
+def run_inspection(worker: Worker, seed: int, robot_starts: float | None = None) -> TaskResult:
     """Run one task from the moment the package stops; `robot_starts` in s, None for no robot."""
     robot = ScriptedRobot(robot_starts) if robot_starts is not None else None
     seen, world, events = RobotView(), WorldView(), []
@@ -142,13 +154,13 @@ class TypeFigures:
     name: str
     success_alone: float
     time_alone: float
-    success_per_grasp: Optional[float]
+    success_per_grasp: float | None
     decisions_alone: float
     success_with_robot: float
     by_robot: float
     time_with_robot: float
-    refused: Optional[float]
-    warned_per_step: Optional[float]
+    refused: float | None
+    warned_per_step: float | None
 
 
 def figures(
@@ -156,7 +168,7 @@ def figures(
 ) -> TypeFigures:
     """Run `tasks` tasks alone and as many beside the scripted robot, each with a fresh person."""
 
-    def run(number: int, robot_starts: Optional[float]) -> TaskResult:
+    def run(number: int, robot_starts: float | None) -> TaskResult:
         worker = Worker(character, named_generator(seed, "unused"), p, lib)
         return run_inspection(worker, seed * 1_000_003 + number, robot_starts)
 
@@ -179,12 +191,12 @@ def figures(
     )
 
 
-def _success_per_grasp(results: list[TaskResult]) -> Optional[float]:
+def _success_per_grasp(results: list[TaskResult]) -> float | None:
     """Share of the grasps begun while evaluating that lifted the package."""
     lifted = [
         after.kind is EventKind.PICKED_CUBE
         for result in results
-        for event, after in zip(result.events, result.events[1:])
+        for event, after in itertools.pairwise(result.events)
         if event.kind is EventKind.STARTED_ACTION
         and (event.state, event.action) == ("evaluating", "grasp")
     ]
@@ -208,7 +220,7 @@ def decay(
     return rates
 
 
-def _cell(value: Optional[float], width: int, digits: int = 2) -> str:
+def _cell(value: float | None, width: int, digits: int = 2) -> str:
     return ("-" if value is None else f"{value:.{digits}f}").rjust(width)
 
 
@@ -242,7 +254,9 @@ def print_tables(tasks: int, seed: int, as_json: bool, solver: Solver = planner_
             print(json.dumps({"name": name, "success_alone_by_ten_tasks": rates}))
         return
     print(_HEAD)
-    for row, (_, success, by_robot, time, warn, grasp) in zip(recorded, RECORDED.values()):
+    for row, (_, success, by_robot, time, warn, grasp) in zip(
+        recorded, RECORDED.values(), strict=True
+    ):
         print(_row(row))
         print(
             f"{'    recorded, average over its robots':<48}{'':6}{'':7}{'':6}"
