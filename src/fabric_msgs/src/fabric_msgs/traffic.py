@@ -162,6 +162,11 @@ class Traffic:
             self._ledger.count_handled(topic, count)
             self._publish()
 
+    def entries(self) -> tuple[list[Progress], list[Progress]]:
+        """Return what this node handled and what it sent, up to now."""
+        with self.lock:
+            return self._ledger.entries()
+
     def close(self) -> None:
         """Stop the periodic heartbeat. rospy calls it on shutdown."""
         self._closed.set()
