@@ -38,12 +38,12 @@ def test_a_broken_record_is_told(tmp_path, capsys):
     assert "run.json" in capsys.readouterr().err
 
 
-def test_paths_name_what_is_there(tmp_path, capsys):
-    (tmp_path / "results.csv").touch()
-    for name in ("task_001.bag", "task_002.bag"):
-        (tmp_path / name).touch()
+def test_the_folder_and_unclosed_bags_are_named(tmp_path, capsys):
+    (tmp_path / "task_001.bag").touch()
+    (tmp_path / "task_002.bag.active").touch()
     outcome.main(tmp_path, 0)
     told = capsys.readouterr().out
-    assert str(tmp_path / "results.csv") in told
-    assert "2: " in told
-    assert "unclosed" not in told
+    assert f"record   {tmp_path}\n" in told
+    assert "unclosed" in told
+    assert "task_002.bag.active" in told
+    assert "task_001" not in told

@@ -26,14 +26,8 @@ def exit_code(run: dict[str, Any], launch_code: int) -> int:
 
 
 def paths(folder: Path) -> list[str]:
-    """Where the record lies, one line a kind; only what is there."""
+    """Where the record lies, and every bag that was not closed."""
     lines = [f"record   {folder}"]
-    results = folder / "results.csv"
-    bags = sorted(folder.rglob("*.bag"))
-    if results.exists():
-        lines.append(f"results  {results}")
-    if bags:
-        lines.append(f"bags     {len(bags)}: {bags[0]} .. {bags[-1].name}")
     unclosed = sorted(folder.rglob("*.active"))
     lines += [f"unclosed {path}" for path in unclosed]
     return lines
