@@ -55,9 +55,10 @@ def test_the_refusal_of_a_human_lists_the_sixteen_types():
     assert all(name in reason for name in arguments.HUMAN_TYPES)
 
 
-def test_camera_and_manual_say_that_they_are_not_there_yet():
+def test_camera_manual_and_worker_files_say_that_they_are_not_there_yet():
     assert "not available yet" in refused("sensing:=camera")
     assert "not available yet" in refused("human:=manual")
+    assert "not available yet" in refused("human:=somebody.pomdpx")
 
 
 def test_an_unknown_name_and_a_word_without_sign_are_refused():

@@ -105,17 +105,16 @@ def _dials(text: str) -> str | None:
 
 
 def human(text: str) -> str:
-    """A known type, four dials, a worker model file, random (one a run) or mixed (one a task)."""
-    found = _model_file(text) or _dials(text)
-    if found is not None:
-        return found
-    if text in HUMAN_TYPES + ("random", "mixed"):
+    """A known type, four dials, random (one a run) or mixed (one a task)."""
+    if _dials(text) is not None or text in HUMAN_TYPES + ("random", "mixed"):
         return text
     if text == "manual":
         raise ArgumentError("a simulated person (manual is not available yet in this version)")
+    if text.lower().endswith(MODEL_SUFFIXES):
+        raise ArgumentError("no file (worker models are not available yet in this version)")
     raise ArgumentError(
-        "random, mixed, four numbers e,s,a,c in [0, 1], a model file (.pomdpx), "
-        "or one of the types " + ", ".join(HUMAN_TYPES)
+        "random, mixed, four numbers e,s,a,c in [0, 1], or one of the types "
+        + ", ".join(HUMAN_TYPES)
     )
 
 
@@ -185,7 +184,7 @@ WORDS = (
     Word("tasks", "10", "how many tasks to run", tasks),
     Word("seed", "1", "root of all randomness; same seed, same results", seed),
     Word("scenario", "inspection", "inspection | sorting", one_of(SCENARIOS)),
-    Word("human", "random", "a type | e,s,a,c | random | mixed | a worker model file", human),
+    Word("human", "random", "a type | e,s,a,c | random | mixed", human),
     Word("policy", "proactive", "abps | proactive | reactive | none | a model file", policy),
     Word("sensing", "direct", "direct: labels with noise", sensing, ("sim",)),
     Word("speed", "max", "times real time, or max", speed, ("sim",)),

@@ -15,14 +15,7 @@ def check_policy(path: str) -> None:
     fabric_planner.DecisionAgent(path, fabric_planner.PlannerOptions())
 
 
-def check_human(path: str) -> None:
-    """Raises ValueError naming file and place if no simulated worker can follow this model."""
-    from fabric_sim import worker
-
-    worker.Worker.from_file(path)
-
-
-CHECKS = {"policy": check_policy, "human": check_human}
+CHECKS = {"policy": check_policy}
 
 
 def main(words: Sequence[str]) -> int:
