@@ -1,0 +1,80 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Whole runs of sim.launch, as a user starts them: same seed, same results; Ctrl-C ends cleanly."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from fabric_bringup import ports
+
+DEADLINE = 240  # s, wall time for a whole run
+
+
+@contextmanager
+def running(folder: Path, *words: str) -> Iterator[subprocess.Popen]:
+    """sim.launch with a master of its own; what it says is on stdout."""
+    port = ports.choose()
+    environment = os.environ | {
+        "ROS_MASTER_URI": f"http://localhost:{port}",
+        "ROS_HOSTNAME": "localhost",
+        "ROS_LOG_DIR": str(folder / "log"),
+    }
+    launch = ["roslaunch", "--no-summary", "--skip-log-check", "-p", str(port), "fabric_bringup"]
+    command = [*launch, "sim.launch", f"out_dir:={folder}", *words]
+    process = subprocess.Popen(
+        command, env=environment, text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT
+    )
+    try:
+        yield process
+    finally:
+        process.send_signal(signal.SIGINT)
+        process.wait(DEADLINE)
+
+
+def run(folder: Path, *words: str) -> str:
+    """A run to its end; returns what it said."""
+    with running(folder, *words) as process:
+        told, _ = process.communicate(timeout=DEADLINE)
+    assert status(folder) == "finished", told
+    return told
+
+
+def status(folder: Path) -> str:
+    return json.loads((folder / "run.json").read_text())["status"]
+
+
+@pytest.mark.parametrize("scenario", ["inspection", "sorting"])
+def test_the_same_seed_gives_the_same_results_file(tmp_path, scenario):
+    words = ("tasks:=2", "seed:=3", f"scenario:={scenario}", "record:=false", "human:=mixed")
+    for name in ("first", "second"):
+        run(tmp_path / name, *words)
+    first, second = ((tmp_path / name / "results.csv").read_text() for name in ("first", "second"))
+    assert first == second
+    assert len(first.splitlines()) == 3
+
+
+def test_a_run_ends_by_itself_with_a_table_and_closed_bags(tmp_path):
+    told = run(tmp_path, "tasks:=2", "seed:=1")
+    assert "results.csv" in told
+    assert len(list(tmp_path.glob("*.bag"))) == 2
+    assert not list(tmp_path.glob("*.active"))
+
+
+def test_ctrl_c_in_the_middle_closes_the_bags(tmp_path):
+    with running(tmp_path, "tasks:=1000") as process:
+        for line in process.stdout:
+            if "1000" in line and list(tmp_path.glob("*.bag")):
+                break
+        process.send_signal(signal.SIGINT)
+        process.communicate(timeout=DEADLINE)
+    assert status(tmp_path) == "interrupted"
+    assert list(tmp_path.glob("*.bag"))
+    assert not list(tmp_path.glob("*.active"))
