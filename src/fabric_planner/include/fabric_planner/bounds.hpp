@@ -30,11 +30,12 @@ AlphaVectors fastInformedBound(const Pomdp& model, double tolerance = 1e-6);
 /// Lower bound: one action for ever. One vector an action. @throw ModelError when discount is 1.
 AlphaVectors blindBound(const Pomdp& model);
 
-/// How much work the point-based lower bound may take; all counts, so that results repeat.
+/// How much work the point-based bounds may take; all counts, so that results repeat.
 struct PointBasedOptions {
-  int beliefs = 160;        ///< reachable beliefs at which the bound is improved
-  int sweeps = 40;          ///< rounds of backups over all beliefs
-  int evaluations = 60;     ///< evaluation steps of the controller after each round
+  int beliefs = 160;        ///< reachable beliefs at which the lower bound is improved
+  int upper_points = 64;    ///< reachable beliefs at which the upper bound is improved
+  int sweeps = 40;          ///< rounds of backups over all beliefs, lower bound
+  int evaluations = 60;     ///< evaluation steps of the controller after each of them
   double work = 4e9;        ///< multiplications after which no further round begins
   double tolerance = 1e-7;  ///< a round that gains less anywhere is the last
 };
@@ -47,5 +48,44 @@ Eigen::MatrixXd reachableBeliefs(const Pomdp& model, int count);
 /// Each vector is the value of a policy that can be executed. Deterministic. Exact for MDPs.
 /// @throw ModelError when discount is 1.
 AlphaVectors pointBasedBound(const Pomdp& model, const PointBasedOptions& options = {});
+
+/// Upper bound that interpolates between beliefs whose value is known to be at most v.
+///
+/// The optimal value V is convex and homogeneous, so for the largest phi with phi p <= b it holds
+/// that V(b) <= phi v + F(b - phi p) for any upper bound F. The point is picked by the sawtooth
+/// rule, where F interpolates between certain states (corners); then the better of that F and the
+/// base's alpha vectors is used.
+class PointUpperBound {
+ public:
+  /// Without points it equals the base.
+  explicit PointUpperBound(AlphaVectors base);
+  /// beliefs: (S, N), at which the base is the first value.
+  PointUpperBound(AlphaVectors base, const Eigen::MatrixXd& beliefs);
+
+  /// belief: (S,), need not be normalised; the value scales with it.
+  [[nodiscard]] double value(const Eigen::Ref<const Eigen::VectorXd>& belief) const;
+  /// Lowers the bound at a point to v when that is less.
+  void lowerPoint(Eigen::Index point, double v);
+  /// Lowers the bound at the certain states to values (S,) where those are less.
+  void lowerCorners(const Eigen::VectorXd& values);
+
+  [[nodiscard]] const AlphaVectors& base() const { return base_; }
+  [[nodiscard]] Eigen::Index numPoints() const { return values_.size(); }
+
+ private:
+  AlphaVectors base_;
+  Eigen::VectorXd corners_;         ///< (S,)
+  Eigen::MatrixXd points_;          ///< (S, N)
+  Eigen::MatrixXd base_at_points_;  ///< (A, N)
+  Eigen::ArrayXXd inverse_;         ///< (N, S): 1 / p(s), huge where p(s) is zero
+  Eigen::ArrayXd values_;           ///< (N,)
+  Eigen::ArrayXd gain_;             ///< (N,): values_ minus the interpolation between corners
+};
+
+/// Upper bound, never above the fast informed one: its values at the certain states and at
+/// the beliefs of reachableBeliefs() are backed up in turn until they settle or the work is done.
+/// Deterministic.
+/// @throw ModelError when discount is 1.
+PointUpperBound pointBasedUpperBound(const Pomdp& model, const PointBasedOptions& options = {});
 
 }  // namespace fabric::planner

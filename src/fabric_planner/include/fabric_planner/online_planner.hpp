@@ -43,7 +43,7 @@ class SearchTree;
 /// The tree grows where it counts most for the gap at the root (AEMS2, Ross & Chaib-draa 2007):
 /// down the action with the best upper bound, to the leaf with the largest gap weighted by
 /// discount and probability. Leaves are bounded by pointBasedBound() below and
-/// fastInformedBound() above, both found when the planner is made, outside any deadline. Bounds
+/// pointBasedUpperBound() above, both found when the planner is made, outside any deadline. Bounds
 /// at the root hold for the optimal policy whenever the search stops. Memory for max_nodes is
 /// reserved when the planner is made; no decision allocates nodes one by one.
 ///
@@ -59,7 +59,7 @@ class OnlinePlanner {
   Decision decide(const Eigen::VectorXd& belief);
 
   [[nodiscard]] const AlphaVectors& lowerBound() const { return lower_; }
-  [[nodiscard]] const AlphaVectors& upperBound() const { return upper_; }
+  [[nodiscard]] const PointUpperBound& upperBound() const { return upper_; }
   [[nodiscard]] const PlannerOptions& options() const { return options_; }
   [[nodiscard]] const Pomdp& model() const { return *model_; }
 
@@ -67,7 +67,7 @@ class OnlinePlanner {
   std::shared_ptr<const Pomdp> model_;
   PlannerOptions options_;
   AlphaVectors lower_;
-  AlphaVectors upper_;
+  PointUpperBound upper_;
   std::unique_ptr<SearchTree> tree_;
   std::mutex one_at_a_time_;
 };

@@ -67,8 +67,9 @@ void bindPlanner(py::module_& module) {
           "lower_bound", [](const OnlinePlanner& p) { return RowMajor(p.lowerBound().vectors); },
           "(K, S): the offline lower bound")
       .def_property_readonly(
-          "upper_bound", [](const OnlinePlanner& p) { return RowMajor(p.upperBound().vectors); },
-          "(A, S): the offline upper bound");
+          "upper_bound",
+          [](const OnlinePlanner& p) { return RowMajor(p.upperBound().base().vectors); },
+          "(A, S): the vectors of the offline upper bound; its points come on top");
 }
 
 }  // namespace fabric::planner

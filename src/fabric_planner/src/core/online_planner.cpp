@@ -74,7 +74,7 @@ OnlinePlanner::OnlinePlanner(std::shared_ptr<const Pomdp> model, PlannerOptions 
     : model_(std::move(model)),
       options_(checked(options)),
       lower_(pointBasedBound(*model_)),
-      upper_(fastInformedBound(*model_)),
+      upper_(pointBasedUpperBound(*model_)),
       tree_(std::make_unique<SearchTree>(*model_, lower_, upper_, options_.max_nodes)) {}
 
 OnlinePlanner::~OnlinePlanner() = default;
@@ -90,7 +90,7 @@ Decision OnlinePlanner::decide(const Eigen::VectorXd& belief) {
   decision.fallback_used = decision.nodes == 0;
   // A vector's own action is worth what the vector says, even where the search says less.
   Eigen::VectorXd lower = offlineLower(lower_, model_->numActions(), root);
-  Eigen::VectorXd upper = upper_.vectors * root;
+  Eigen::VectorXd upper = upper_.base().vectors * root;
   if (!decision.fallback_used) {
     lower = lower.cwiseMax(tree_->actionLower());
     upper = tree_->actionUpper();

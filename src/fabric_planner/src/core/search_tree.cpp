@@ -19,7 +19,7 @@ bool Stopwatch::timeIsUp() {
   return now + std::min(longest_, 0.1 * deadline_) >= deadline_;
 }
 
-SearchTree::SearchTree(const Pomdp& model, const AlphaVectors& lower, const AlphaVectors& upper,
+SearchTree::SearchTree(const Pomdp& model, const AlphaVectors& lower, const PointUpperBound& upper,
                        int max_nodes)
     : m_(model), lower_(lower), upper_(upper) {
   const double children = static_cast<double>(max_nodes) * m_.numActions() * m_.numObservations();
@@ -27,7 +27,8 @@ SearchTree::SearchTree(const Pomdp& model, const AlphaVectors& lower, const Alph
     throw ModelError("max_nodes is " + std::to_string(max_nodes) + ", too many for " + m_.name());
   }
   const double column_work = static_cast<double>(m_.numStates()) *
-                             static_cast<double>(lower_.vectors.rows() + upper_.vectors.rows());
+                             static_cast<double>(lower_.vectors.rows() +
+                                                 upper_.base().vectors.rows() + upper_.numPoints());
   block_ = std::clamp<Eigen::Index>(static_cast<Eigen::Index>(WORK_BETWEEN_LOOKS / column_work), 1,
                                     m_.numObservations());
   nodes_.reserve(static_cast<size_t>(children) + 1);
@@ -122,13 +123,11 @@ void SearchTree::addChildren(int branch, Eigen::Index first, Eigen::Index count)
   joint.array().colwise() *= predicted_.array();
   scores_.noalias() = lower_.vectors * joint;
   const Eigen::RowVectorXd lower = scores_.colwise().maxCoeff();
-  scores_.noalias() = upper_.vectors * joint;
-  const Eigen::RowVectorXd upper = scores_.colwise().maxCoeff();
   for (Eigen::Index i = 0; i < count; ++i) {
     const double probability = joint.col(i).sum();
     if (probability < std::numeric_limits<double>::min()) continue;
     Node child{lower(i) / probability,
-               upper(i) / probability,
+               upper_.value(joint.col(i)) / probability,
                probability,
                0.0,
                branch,

@@ -33,7 +33,7 @@ class Stopwatch {
 class SearchTree {
  public:
   /// lower, upper: must outlive the tree. @throw ModelError when max_nodes is too many.
-  SearchTree(const Pomdp& model, const AlphaVectors& lower, const AlphaVectors& upper,
+  SearchTree(const Pomdp& model, const AlphaVectors& lower, const PointUpperBound& upper,
              int max_nodes);
 
   /// Forgets everything but the root. belief: (S,), sums to 1.
@@ -86,7 +86,7 @@ class SearchTree {
 
   const Pomdp& m_;
   const AlphaVectors& lower_;
-  const AlphaVectors& upper_;
+  const PointUpperBound& upper_;
   Eigen::Index block_;  ///< observations bounded between two looks at the clock
   int expanded_ = 0;
   std::vector<Node> nodes_;
