@@ -9,5 +9,7 @@ namespace fabric::planner {
 void bindPomdp(pybind11::module_& module);
 void bindSolvers(pybind11::module_& module);
 void bindPlanner(pybind11::module_& module);
+void bindDecision(pybind11::module_& module);
+void bindMotion(pybind11::module_& module);
 
 }  // namespace fabric::planner

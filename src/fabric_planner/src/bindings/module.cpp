@@ -6,4 +6,6 @@ PYBIND11_MODULE(_core, module) {
   fabric::planner::bindPomdp(module);
   fabric::planner::bindSolvers(module);
   fabric::planner::bindPlanner(module);
+  fabric::planner::bindDecision(module);
+  fabric::planner::bindMotion(module);
 }

@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <Eigen/Dense>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "fabric_planner/actions.hpp"
+#include "fabric_planner/belief_filter.hpp"
+#include "fabric_planner/features.hpp"
+#include "fabric_planner/observation_map.hpp"
+#include "fabric_planner/online_planner.hpp"
+#include "fabric_planner/pomdp.hpp"
+
+namespace fabric::planner {
+
+/// One observation, as in fabric_msgs/Observation.
+struct AgentObservation {
+  Features features;
+  std::uint32_t sequence = 0;
+  std::uint32_t task_id = 0;
+  bool starts_task = false;  ///< TRIGGER_START
+};
+
+/// The fields of fabric_msgs/Decision.
+struct AgentDecision {
+  std::uint32_t observation_sequence = 0;
+  std::uint32_t task_id = 0;
+  std::string model_hash;
+  Action action = Action::IDLE;
+  int action_index = 0;       ///< the same action as the model numbers it
+  int observation_index = 0;  ///< the model's symbol
+  Eigen::VectorXd belief;     ///< (S,), sums to 1, after the observation
+  Decision plan;              ///< value, bounds, runner-up and the search's own figures
+  bool belief_recovered = false;
+};
+
+/// A model with everything that runs it; immutable but for the planner's search.
+struct RunningModel {
+  /// @param map_path observation map; empty: `<stem of path>.obs.yaml` beside the model
+  /// @throw ModelError naming the file and what is wrong with it, also for actions that are
+  ///        none of the robot's.
+  RunningModel(const std::string& path, const std::string& map_path, PlannerOptions options);
+
+  /// The model's index of an action; of idle when it has no such action, 0 when not even that.
+  [[nodiscard]] int indexOf(Action action) const;
+
+  std::string path;
+  std::string name;  ///< of the file, without its extension
+  std::string hash;  ///< SHA-256 of the bytes of the model file followed by those of the map
+  std::shared_ptr<const Pomdp> pomdp;
+  ObservationMap map;
+  std::vector<Action> actions;  ///< by the model's index
+  std::unique_ptr<OnlinePlanner> planner;
+};
+
+/// From observations to decisions: observation map, belief, online search.
+///
+/// The belief starts again with every task. The first observation of a task says what the world is
+/// like before the robot did anything, so it weighs the initial belief by its likelihood; every
+/// later one is an update with the robot's last decision. Not for several threads at once.
+class DecisionAgent {
+ public:
+  /// @throw ModelError as RunningModel does.
+  explicit DecisionAgent(const std::string& path, PlannerOptions options = {},
+                         const std::string& map_path = "");
+
+  /// A new task: the initial belief, and nothing decided yet.
+  void reset();
+
+  /// Runs another model from now on. With `keep_belief` the belief goes over by state name, what
+  /// lies on states that the new model lacks is shared out in proportion, and a belief without
+  /// any common state starts again. When the model is refused the present one stays.
+  /// @throw ModelError as RunningModel does.
+  void setModel(const std::string& path, bool keep_belief, const std::string& map_path = "");
+
+  /// @throw ModelError when a number of the observation is NaN or infinite.
+  AgentDecision decide(const AgentObservation& observation);
+
+  [[nodiscard]] const RunningModel& model() const { return *model_; }
+  /// (S,), sums to 1.
+  [[nodiscard]] const Eigen::VectorXd& belief() const { return filter_->belief(); }
+
+ private:
+  UpdateStatus observe(int symbol);
+  UpdateStatus weigh(int symbol);
+  [[nodiscard]] std::optional<Eigen::VectorXd> carriedOver(const RunningModel& next) const;
+
+  PlannerOptions options_;
+  std::shared_ptr<RunningModel> model_;
+  std::unique_ptr<BeliefFilter> filter_;
+  std::optional<Action> last_action_;
+  std::optional<int> last_symbol_;
+  std::optional<std::uint32_t> task_id_;
+};
+
+}  // namespace fabric::planner

@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <pybind11/stl.h>
+
+#include <memory>
+#include <variant>
+
+#include "bindings.hpp"
+#include "fabric_planner/arbiter.hpp"
+#include "fabric_planner/motion_agent.hpp"
+#include "fabric_planner/pomdp.hpp"
+
+namespace py = pybind11;
+using py::literals::operator""_a;
+
+namespace fabric::planner {
+namespace {
+
+constexpr int NONE = 255;  // fabric_msgs/RobotActionState
+
+using ActionLike = std::variant<int, std::string>;
+
+Action toAction(const ActionLike& action) {
+  if (std::holds_alternative<int>(action)) return actionFromNumber(std::get<int>(action));
+  return actionFromName(std::get<std::string>(action));
+}
+
+ArmOutcome toArmOutcome(int outcome) {
+  if (outcome >= 0 && outcome <= 4) return static_cast<ArmOutcome>(outcome);
+  throw ModelError("arm outcome " + std::to_string(outcome) + " is none of 0 to 4");
+}
+
+int number(const std::optional<Action>& action) {
+  return action ? static_cast<int>(*action) : NONE;
+}
+
+std::vector<SeenCube> toCubes(const py::object& array) {
+  std::vector<SeenCube> cubes;
+  for (const py::handle cube : array.attr("cubes")) {
+    cubes.push_back({cube.attr("colour").cast<int>(), cube.attr("where").cast<int>(),
+                     cube.attr("confidence").cast<double>()});
+  }
+  return cubes;
+}
+
+TaskView toTask(const py::object& state) {
+  TaskView task{state.attr("task_id").cast<std::uint32_t>(),
+                state.attr("status").cast<int>(),
+                state.attr("scenario").cast<std::string>(),
+                {}};
+  for (const py::handle rule : state.attr("rules")) {
+    task.rules.emplace_back(rule.attr("colour").cast<int>(),
+                            rule.attr("label").cast<std::string>());
+  }
+  return task;
+}
+
+py::object fill(const RobotState& state, py::object message) {
+  message.attr("sequence") = state.sequence;
+  message.attr("current") = number(state.current);
+  message.attr("queued") = number(state.queued);
+  message.attr("pre_empted") = number(state.pre_empted);
+  message.attr("phase") = static_cast<int>(state.phase);
+  message.attr("holding") = state.holding;
+  message.attr("planned") = state.planned;
+  message.attr("decision_sequence") = state.decision_sequence;
+  return message;
+}
+
+void bindCommand(py::module_& module) {
+  py::enum_<MotionCommand::Kind>(module, "CommandKind")
+      .value("MOVE", MotionCommand::Kind::MOVE)
+      .value("CANCEL", MotionCommand::Kind::CANCEL)
+      .value("SUCTION_ON", MotionCommand::Kind::SUCTION_ON)
+      .value("SUCTION_OFF", MotionCommand::Kind::SUCTION_OFF);
+  py::class_<MotionCommand>(module, "MotionCommand", "One command for the arm: m, rad, m/s, s.")
+      .def_readonly("kind", &MotionCommand::kind)
+      .def_readonly("number", &MotionCommand::number, "of the move; 0 for suction")
+      .def_property_readonly("x", [](const MotionCommand& c) { return c.pose.x; })
+      .def_property_readonly("y", [](const MotionCommand& c) { return c.pose.y; })
+      .def_property_readonly("z", [](const MotionCommand& c) { return c.pose.z; })
+      .def_property_readonly("yaw", [](const MotionCommand& c) { return c.pose.yaw; })
+      .def_readonly("speed", &MotionCommand::speed)
+      .def_readonly("settle", &MotionCommand::settle)
+      .def("__repr__", [](const MotionCommand& c) {
+        return py::str("<{} {} ({:.3f}, {:.3f}, {:.3f})>")
+            .format(py::cast(c.kind).attr("name"), c.number, c.pose.x, c.pose.y, c.pose.z);
+      });
+}
+
+void bindState(py::module_& module) {
+  py::class_<RobotState>(module, "RobotState", "The fields of fabric_msgs/RobotActionState.")
+      .def_readonly("sequence", &RobotState::sequence)
+      .def_property_readonly("current", [](const RobotState& s) { return number(s.current); })
+      .def_property_readonly("queued", [](const RobotState& s) { return number(s.queued); })
+      .def_property_readonly("pre_empted", [](const RobotState& s) { return number(s.pre_empted); })
+      .def_property_readonly("phase", [](const RobotState& s) { return static_cast<int>(s.phase); })
+      .def_readonly("holding", &RobotState::holding)
+      .def_readonly("planned", &RobotState::planned)
+      .def_readonly("decision_sequence", &RobotState::decision_sequence)
+      .def("fill", &fill, "message"_a,
+           "Set the fields of a fabric_msgs/RobotActionState but its header; returns the message.");
+}
+
+void bindEnd(py::module_& module) {
+  py::class_<ActionEnd>(module, "ActionEnd", "How one request for an action ended.")
+      .def_readonly("ticket", &ActionEnd::ticket)
+      .def_property_readonly("action",
+                             [](const ActionEnd& e) { return static_cast<int>(e.action); })
+      .def_property_readonly(
+          "outcome", [](const ActionEnd& e) { return static_cast<int>(e.outcome); },
+          "ExecuteRobotActionResult.DONE..STOPPED")
+      .def_readonly("reason", &ActionEnd::reason);
+}
+
+void bindArbiter(py::module_& module) {
+  py::enum_<Verdict>(module, "Verdict")
+      .value("START", Verdict::START)
+      .value("CONTINUE", Verdict::CONTINUE)
+      .value("PRE_EMPT", Verdict::PRE_EMPT)
+      .value("QUEUE", Verdict::QUEUE);
+  module.def(
+      "arbitrate",
+      [](const std::optional<ActionLike>& running, const ActionLike& next) {
+        return arbitrate(running ? std::optional(toAction(*running)) : std::nullopt,
+                         toAction(next));
+      },
+      "running"_a, "next"_a, "Table 6.5; running: None when nothing runs.");
+}
+
+}  // namespace
+
+void bindMotion(py::module_& module) {
+  bindArbiter(module);
+  bindCommand(module);
+  bindState(module);
+  bindEnd(module);
+  py::class_<MotionConfig>(module, "MotionConfig", "Places, speeds and times: m, rad, m/s, s.")
+      .def_static("load", &MotionConfig::load, "path"_a, "Raises ModelError naming the entry.")
+      .def_static("parse", &MotionConfig::parse, "text"_a, "name"_a);
+  py::class_<MotionAgent>(module, "MotionAgent",
+                          "Turns decisions into arm moves. Every input returns the commands it\n"
+                          "causes; at most one move is outstanding.")
+      .def(py::init<MotionConfig>(), "config"_a)
+      .def(py::init([](const std::string& path) {
+             return std::make_unique<MotionAgent>(MotionConfig::load(path));
+           }),
+           "path"_a, "path: of a motion.yaml. Raises ModelError.")
+      .def(
+          "on_decision",
+          [](MotionAgent& agent, const ActionLike& action, std::uint32_t sequence,
+             std::uint32_t task_id) {
+            return agent.onDecision(toAction(action), sequence, task_id);
+          },
+          "action"_a, "sequence"_a, "task_id"_a = 0, "action: a number of Decision or a name.")
+      .def(
+          "on_arm_result",
+          [](MotionAgent& agent, std::uint32_t move, int outcome, const std::string& reason) {
+            return agent.onArmResult(move, toArmOutcome(outcome), reason);
+          },
+          "number"_a, "outcome"_a, "reason"_a = "", "outcome: MoveArmResult.REACHED..ARM_FAULT.")
+      .def("on_suction_failure", &MotionAgent::onSuctionFailure, "reason"_a)
+      .def("on_conveyor", &MotionAgent::onConveyor, "cube_at_pick_point"_a)
+      .def(
+          "on_cubes",
+          [](MotionAgent& agent, const py::object& cubes) { return agent.onCubes(toCubes(cubes)); },
+          "cubes"_a, "cubes: a fabric_msgs/CubeArray.")
+      .def(
+          "on_task",
+          [](MotionAgent& agent, const py::object& state) { return agent.onTask(toTask(state)); },
+          "state"_a, "state: a fabric_msgs/TaskState.")
+      .def("on_warning", &MotionAgent::onWarning)
+      .def("on_stop", &MotionAgent::onStop, "cause"_a)
+      .def("on_release", &MotionAgent::onRelease)
+      .def("state", &MotionAgent::state, py::return_value_policy::copy)
+      .def_property_readonly("stopped", &MotionAgent::stopped)
+      .def_property_readonly("held_by_warning", &MotionAgent::heldByWarning)
+      .def_property_readonly("cause", &MotionAgent::cause)
+      .def_property_readonly("outstanding", &MotionAgent::outstanding,
+                             "Number of the outstanding move, None without one.")
+      .def_property_readonly("ticket", &MotionAgent::ticket, "Of the newest on_decision.")
+      .def("take_ends", &MotionAgent::takeEnds, "The ends of actions since the last call.");
+}
+
+}  // namespace fabric::planner
