@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """ROS node of the task manager: serves task/run and study/note, scores what the cell reports."""
 
+import contextlib
 import sys
 import threading
 from pathlib import Path
@@ -46,6 +47,7 @@ class TaskNode:
         self._reported = 0  # subtasks told as feedback
         self._newest = 0.0  # s, of all stamps so far
         self._problem = ""
+        self._closing = False
         self._traffic = Traffic("task")
         self._changed = threading.Condition(self._traffic.lock)
         self._states = self._traffic.publisher("task/state", TaskState, latch=True)
@@ -55,7 +57,7 @@ class TaskNode:
         )
         # In a thread of its own: actionlib holds its lock meanwhile, and feedback takes both.
         self._server.register_preempt_callback(lambda: threading.Thread(target=self._wake).start())
-        rospy.on_shutdown(self._wake)
+        rospy.on_shutdown(self._close)
         self._traffic.subscribe("conveyor/state", ConveyorState, self._on_conveyor)
         self._traffic.subscribe("cell/containers", ContainerArray, self._on_containers)
         self._traffic.subscribe("human/warning", Header, self._on_warning)
@@ -77,12 +79,19 @@ class TaskNode:
             self._publish([])
             while not (self._manager.finished or self._problem or self._stopped()):
                 self._changed.wait()
-            if rospy.is_shutdown():
-                return
-            self._publish(self._manager.abort(self._newest))
+            if not self._closing:
+                self._publish(self._manager.abort(self._newest))
             state, reason = self._manager.state, self._problem or self._reason()
             self._manager = None
-        self._finish(state, reason)
+        if self._closing:
+            self._tell_end()
+        else:
+            self._finish(state, reason)
+
+    def _tell_end(self) -> None:
+        """Abort the goal while the node is shut down: no event, no row, and perhaps no topic."""
+        with contextlib.suppress(rospy.ROSException):
+            self._server.set_aborted(RunTaskResult(aborted=True, reason="shut down"))
 
     def _finish(self, state: TaskState, reason: str) -> None:
         result = RunTaskResult(
@@ -103,11 +112,16 @@ class TaskNode:
         return "stopped on request" if self._server.is_preempt_requested() else ""
 
     def _stopped(self) -> bool:
-        return self._server.is_preempt_requested() or rospy.is_shutdown()
+        return self._server.is_preempt_requested() or self._closing
 
     def _wake(self) -> None:
         with self._changed:
             self._changed.notify_all()
+
+    def _close(self) -> None:
+        """Let the waiting thread go; rospy calls this before it counts as shut down."""
+        self._closing = True
+        self._wake()
 
     def _load_model(self, goal: RunTaskGoal) -> None:
         path = self._model_path

@@ -56,7 +56,9 @@ class ObservationAgent:
         elif event.kind in SUBTASK_END:
             return self._on_subtask_end(t, event)
         elif event.kind == TaskEvent.WARNING:
-            return self._on_warning(t)
+            # The fast road holds the arm at once; the percepts of this moment carry the observation.
+            self._warning_held_until = t + self._parameters.warning_hold
+            self._warning_told = True
         elif event.kind in TASK_END:
             return self._on_task_end(t, event)
         elif event.kind == TaskEvent.TASK_ABORTED:
@@ -70,6 +72,9 @@ class ObservationAgent:
         """
         before = self._recogniser.behaviour
         t = self._advance(t)
+        if self._warning_told:
+            self._recogniser.force_warning()
+            self._warning_told = False
         hold = t < self._warning_held_until - RESOLUTION
         self._recogniser.feed(activity, head, hold)
         now = self._recogniser.behaviour
@@ -89,6 +94,7 @@ class ObservationAgent:
         self._time = -math.inf
         self._last_observation = -math.inf
         self._warning_held_until = -math.inf
+        self._warning_told = False
 
     def _advance(self, t: float) -> float:
         _check_time(t)
@@ -112,27 +118,24 @@ class ObservationAgent:
             self._subtask.grasp_ends(t)
 
     def _trigger(self, t: float, before: Behaviour | None, now: Behaviour) -> int | None:
+        """Say why a decision is due. Between two cubes only a warning makes it so: a person who
+        waits for the belt is neither idle nor distracted (6.2.4.1), and there is nothing to do.
+        """
         if not self._running:
+            return None
+        warns = now.gesture == HumanActivity.WARN
+        warned = before is not None and before.gesture == HumanActivity.WARN
+        if self._started and warns and not warned:
+            return Observation.TRIGGER_WARNING
+        if not self._subtask.active:
             return None
         if not self._started:
             return Observation.TRIGGER_START
         if before is None or before != now:
-            warns = now.gesture == HumanActivity.WARN
-            warned = before is not None and before.gesture == HumanActivity.WARN
-            if warns and not warned:
-                return Observation.TRIGGER_WARNING
             return Observation.TRIGGER_ACTION_CHANGE
         if t - self._last_observation >= self._parameters.same_action_timeout - RESOLUTION:
             return Observation.TRIGGER_TIMEOUT
         return None
-
-    def _on_warning(self, t: float) -> list[Observation]:
-        self._warning_held_until = t + self._parameters.warning_hold
-        if self._gesture() == HumanActivity.WARN:
-            return []
-        self._recogniser.force_warning()
-        self._subtask.pass_time(t, True)
-        return [self._observe(t, Observation.TRIGGER_WARNING)]
 
     def _on_subtask_end(self, t: float, event: TaskEvent) -> list[Observation]:
         observation = self._fill(t, Observation.TRIGGER_SUBTASK)

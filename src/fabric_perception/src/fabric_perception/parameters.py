@@ -25,10 +25,10 @@ class ObservationParameters:
         2, "percepts", 1, 20, "equal percepts in a row before another gesture is believed"
     )
     detection_percepts: int = _parameter(
-        3, "percepts", 1, 50, "percepts in a row before the person counts as come or gone"
+        2, "percepts", 1, 50, "percepts in a row before the person counts as come or gone"
     )
     head_percepts: int = _parameter(
-        3, "percepts", 1, 50, "percepts in a row before looking around begins or ends"
+        2, "percepts", 1, 50, "percepts in a row before looking around begins or ends"
     )
     warning_hold: float = _parameter(
         1.0, "s", 0.0, 10.0, "a warning told by the fast road lasts at least this long"

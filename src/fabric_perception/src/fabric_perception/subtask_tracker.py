@@ -20,6 +20,11 @@ class SubtaskTracker:
         self._attempt_ended: float | None = None  # an attempt whose outcome is open
         self.failed_attempts = 0
 
+    @property
+    def active(self) -> bool:
+        """Whether a cube waits to be dealt with."""
+        return self._started is not None
+
     def start(self, t: float, grasping: bool) -> None:
         """A cube has arrived: the clocks start; a person reaching already reaches for it."""
         self._started = t
