@@ -24,7 +24,7 @@ from fabric_msgs.msg import (
     TypeBelief,
 )
 from fabric_msgs.traffic import Traffic
-from fabric_study.meter import TaskMeter
+from fabric_study.meter import TaskMeter, policy_name
 from fabric_study.results import ResultsWriter, TimingWriter
 
 PATIENCE = 10.0  # s, wall time to wait for the last messages of a task that has ended
@@ -67,7 +67,7 @@ class RecorderNode:
 
     def __init__(self, folder: Path, record: bool, human: str, policy: str) -> None:
         self._folder, self._record = folder, record
-        self._human, self._policy = human, policy
+        self._human, self._policy = human, policy_name(policy)
         self._results = ResultsWriter(folder / "results.csv")
         self._timing = TimingWriter(folder / "timing.csv")
         self._meter: TaskMeter | None = None

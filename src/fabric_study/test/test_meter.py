@@ -250,6 +250,20 @@ def test_the_selected_policy_and_the_type_belief_of_the_task_are_kept():
     assert (row["policy"], row["model"], row["type_belief_entropy"]) == ("abps", "reminding", 1.5)
 
 
+@pytest.mark.parametrize(
+    "policy, name",
+    [
+        ("abps", "abps"),
+        ("/home/a/mine.POMDPx", "mine"),
+        ("b/tiger.pomdp", "tiger"),
+        ("v1.2", "v1.2"),
+    ],
+)
+def test_a_model_file_goes_by_its_name(policy, name):
+    row = Record().meter(policy=policy).row()
+    assert (row["policy"], row["model"]) == (name, name)
+
+
 def test_messages_of_other_tasks_are_ignored():
     record = sorting()
     expected = record.row()

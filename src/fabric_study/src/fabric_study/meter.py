@@ -7,6 +7,7 @@ order by the stamps when the row is asked for.
 
 from bisect import bisect_left, bisect_right
 from collections.abc import Sequence
+from pathlib import PurePath
 
 from fabric_msgs.msg import (
     Decision,
@@ -56,7 +57,14 @@ STAGES = (
     ("may_not_be_capable", "may_be_tired", "may_be_distracted"),
     ("needs_to_be_reminded", "needs_help", "does_not_need_help"),
 )
+MODEL_SUFFIXES = (".pomdpx", ".pomdp")
 END_OF_SUBTASK = (TaskEvent.SUBTASK_SUCCEEDED, TaskEvent.SUBTASK_FAILED)
+
+
+def policy_name(policy: str) -> str:
+    """Return the name of a policy in the tables: a model file goes by its name, not its place."""
+    path = PurePath(policy)
+    return path.stem if path.suffix.lower() in MODEL_SUFFIXES else policy
 
 
 class TaskMeter:
@@ -70,8 +78,7 @@ class TaskMeter:
             )
         self._state = task_state
         self._human = human
-        self._policy = policy
-        self._model = policy
+        self._policy = self._model = policy_name(policy)
         self._entropy: float | None = None
         self._observations: dict[int, Observation] = {}
         self._decisions: dict[int, Decision] = {}
