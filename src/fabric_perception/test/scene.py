@@ -28,18 +28,26 @@ def event(kind: int, by: int = TaskEvent.BY_NOBODY, task_id: int = 1) -> TaskEve
 class Scene:
     """A task in which time moves by one percept a step."""
 
-    def __init__(self, parameters: ObservationParameters | None = None, subtasks: int = 3) -> None:
+    def __init__(
+        self,
+        parameters: ObservationParameters | None = None,
+        subtasks: int = 3,
+        cube: bool = True,
+    ) -> None:
         self.agent = ObservationAgent(parameters)
         self.t = 0.0
         self.subtasks = subtasks
         self.seen: list[Observation] = []
-        self.begin(1)
+        self.begin(1, cube)
 
-    def begin(self, task_id: int) -> None:
+    def begin(self, task_id: int, cube: bool = True) -> None:
+        """Start a task; with `cube` its first cube is there at once."""
         self.task_id = task_id
         state = TaskState(task_id=task_id, subtasks_total=self.subtasks)
         self.agent.start_task(self.t, state)
         self.event(TaskEvent.TASK_STARTED)
+        if cube:
+            self.event(TaskEvent.SUBTASK_STARTED)
 
     def event(self, kind: int, by: int = TaskEvent.BY_NOBODY) -> list[Observation]:
         made = self.agent.on_task_event(self.t, event(kind, by, self.task_id))

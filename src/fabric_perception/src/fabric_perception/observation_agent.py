@@ -3,7 +3,8 @@
 
 Fig. 6.5: a decision is due when a container has changed or a warning has begun (both interrupt),
 when the recognised behaviour of the person has changed, and when nothing has changed for the
-time-out. Tables 6.2 and 6.3 define what the observation then holds.
+time-out - the last two while a cube waits to be dealt with. Tables 6.2 and 6.3 define what the
+observation then holds.
 """
 
 import math
@@ -56,9 +57,7 @@ class ObservationAgent:
         elif event.kind in SUBTASK_END:
             return self._on_subtask_end(t, event)
         elif event.kind == TaskEvent.WARNING:
-            # The fast road holds the arm at once; the percepts of this moment carry the observation.
-            self._warning_held_until = t + self._parameters.warning_hold
-            self._warning_told = True
+            self._on_warning(t)
         elif event.kind in TASK_END:
             return self._on_task_end(t, event)
         elif event.kind == TaskEvent.TASK_ABORTED:
@@ -136,6 +135,11 @@ class ObservationAgent:
         if t - self._last_observation >= self._parameters.same_action_timeout - RESOLUTION:
             return Observation.TRIGGER_TIMEOUT
         return None
+
+    def _on_warning(self, t: float) -> None:
+        """The fast road holds the arm at once; the next percepts carry the observation."""
+        self._warning_held_until = t + self._parameters.warning_hold
+        self._warning_told = True
 
     def _on_subtask_end(self, t: float, event: TaskEvent) -> list[Observation]:
         observation = self._fill(t, Observation.TRIGGER_SUBTASK)
