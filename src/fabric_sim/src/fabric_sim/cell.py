@@ -211,6 +211,11 @@ class Cell:
     # -- what it says ---------------------------------------------------------------------------
 
     @property
+    def geometry(self) -> CellGeometry:
+        """Where things are."""
+        return self._config.geometry
+
+    @property
     def now(self) -> float:
         """Simulated time, s."""
         return round(self._tick * TICK, 6)
@@ -223,7 +228,7 @@ class Cell:
     @property
     def cup(self) -> Point:
         """The suction cup, m in the cell."""
-        return self._config.geometry.arm.to_cell(Point(*self.arm.pose[:3]))
+        return self.geometry.arm.to_cell(Point(*self.arm.pose[:3]))
 
     def step(self) -> CellOutput:
         """Advance by one tick."""
@@ -247,7 +252,7 @@ class Cell:
         rngs = {n: named_generator(self._seed, n, self.task.task_id) for n in names}
         camera = ColourSensor(self._config.sensing, rngs["colour"])
         cubes = [CubeState(i, c, *camera.read(c)) for i, c in enumerate(colours, start=1)]
-        self.stock.load(self._config.geometry.trays(scenario), cubes)
+        self.stock.load(self.geometry.trays(scenario), cubes)
         self._person_sensor = PersonSensor(self._config.sensing, rngs["person_sensor"])
         self._load_cells = LoadCells(self._config.sensing, rngs["load_cells"])
         self._contents: dict[int, list[int]] = {}
@@ -377,12 +382,12 @@ class Cell:
         for tray in self.stock.trays:
             inside = [c.id for c in self.stock.cubes.values() if c.container == tray.id]
             for i, cube in enumerate(inside):
-                places[cube] = tray.slot(i, self._config.geometry.edge)
+                places[cube] = tray.slot(i, self.geometry.edge)
         return places
 
     def _on_belt(self, x: float) -> Point:
-        return self._config.geometry.conveyor.to_cell(Point(x, 0.0, self._half))
+        return self.geometry.conveyor.to_cell(Point(x, 0.0, self._half))
 
     @property
     def _half(self) -> float:
-        return self._config.geometry.edge / 2
+        return self.geometry.edge / 2

@@ -1,0 +1,380 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""The pretend cell as a node: devices' topics, the arm's action, the simulated clock."""
+
+import math
+import sys
+import threading
+from collections.abc import Callable
+
+import actionlib
+import rosgraph
+import rospy
+import tf2_ros
+from actionlib_msgs.msg import GoalID
+from geometry_msgs.msg import PoseStamped, TransformStamped
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Header
+
+from fabric_dobot_driver import Goal, Joints, ToolPose
+from fabric_msgs.msg import (
+    ContainerArray,
+    ConveyorState,
+    CubeArray,
+    GroundTruth,
+    HeadState,
+    Heartbeat,
+    HumanActivity,
+    MoveArmAction,
+    MoveArmActionGoal,
+    MoveArmFeedback,
+    MoveArmResult,
+    RobotActionState,
+    TaskState,
+)
+from fabric_msgs.srv import (
+    Command,
+    CommandResponse,
+    SetConveyor,
+    SetConveyorResponse,
+    SetSuction,
+    SetSuctionResponse,
+)
+from fabric_msgs.traffic import Traffic
+from fabric_sim import reports
+from fabric_sim.arm import ArmResult
+from fabric_sim.cell import Cell, CellConfig, CellOutput, Stimulus
+from fabric_sim.cell_parameters import CellParameters
+from fabric_sim.geometry import Frame, Point
+from fabric_sim.lockstep import Lockstep, Pace, Stalled
+from fabric_sim.quiescence import CELL, EDGES, Counts, Quiescence
+from fabric_sim.staff import Staff
+
+COUNTED = {
+    "truth": GroundTruth,
+    "conveyor/state": ConveyorState,
+    "cell/cubes": CubeArray,
+    "cell/containers": ContainerArray,
+    "human/warning": Header,
+    "human/activity": HumanActivity,
+    "human/head": HeadState,
+}
+LATCHED = ("cell/containers",)
+RESULT, GOAL, CANCEL = "arm/move/result", "arm/move/goal", "arm/move/cancel"
+REFUSED = (MoveArmResult.INVALID, MoveArmResult.UNREACHABLE)
+
+
+class ArmServer(actionlib.ActionServer):
+    """Serves `arm/move` and counts goals, cancellations and results; never waits."""
+
+    def __init__(self, traffic: Traffic, cell: Cell, handled: Callable[[str], None]) -> None:
+        self._traffic = traffic
+        self._cell = cell
+        self._handles: dict[int, actionlib.ServerGoalHandle] = {}
+        self._early: set[str] = set()  # ids of goals whose cancellation overtook them
+        super().__init__("arm/move", MoveArmAction, self._on_goal, self._on_cancel, False)
+        self.lock = traffic.lock  # one lock: callbacks and the main loop take both in any order
+        # rospy calls the subscribers of a topic in their order: the server, then the count. The
+        # first ones only ask for a connection without delay.
+        rospy.Subscriber(GOAL, MoveArmActionGoal, tcp_nodelay=True)
+        rospy.Subscriber(CANCEL, GoalID, tcp_nodelay=True)
+        for topic in (GOAL, CANCEL):
+            traffic.declare_handled(topic)
+        traffic.declare_sent(RESULT, lambda: self.result_pub.get_num_connections())
+        self.start()
+        rospy.Subscriber(GOAL, MoveArmActionGoal, lambda _: handled(GOAL))
+        rospy.Subscriber(CANCEL, GoalID, lambda _: handled(CANCEL))
+
+    def internal_cancel_callback(self, goal_id: GoalID) -> None:
+        """Keep a cancellation that overtook its goal, so that both act in the same tick.
+
+        The action library would answer at once, with a result that nobody filled in.
+        """
+        with self.lock:
+            known = any(entry.status.goal_id.id == goal_id.id for entry in self.status_list)
+            if goal_id.id and not known:
+                self._early.add(goal_id.id)
+                return
+        super().internal_cancel_callback(goal_id)
+
+    def publish_result(self, status, result) -> None:
+        """Count every result, also those that the action library sends by itself."""
+        self._traffic.sent(RESULT)
+        super().publish_result(status, result)
+
+    def finish(self, result: ArmResult) -> None:
+        """Tell the client how its goal ended."""
+        handle = self._handles.pop(result.number, None)
+        if handle is None:
+            return
+        message = MoveArmResult(result.outcome, result.reason)
+        if result.outcome in REFUSED:
+            handle.set_rejected(message, result.reason)
+            return
+        if handle.get_goal_status().status == actionlib.GoalStatus.PENDING:
+            handle.set_accepted()
+        if result.outcome == MoveArmResult.REACHED:
+            handle.set_succeeded(message)
+        elif result.outcome == MoveArmResult.PRE_EMPTED:
+            handle.set_canceled(message, result.reason)
+        else:
+            handle.set_aborted(message, result.reason)
+
+    def report(self) -> None:
+        """Accept what began to move, and publish how far it is."""
+        handle = self._handles.get(self._cell.arm.number)
+        if handle is None:
+            return
+        if handle.get_goal_status().status == actionlib.GoalStatus.PENDING:
+            handle.set_accepted()
+        arm = self._cell.arm
+        pose = reports.pose(Point(*arm.pose[:3]), arm.pose.yaw)
+        handle.publish_feedback(MoveArmFeedback(pose, arm.remaining))
+
+    def _on_goal(self, handle: actionlib.ServerGoalHandle) -> None:
+        goal = handle.get_goal()
+        if goal.number == 0 or goal.number in self._handles:
+            reason = f"goal number {goal.number} is {'in use' if goal.number else 'not allowed'}"
+            handle.set_rejected(MoveArmResult(MoveArmResult.INVALID, reason), reason)
+            return
+        self._handles[goal.number] = handle
+        q, p = goal.pose.orientation, goal.pose.position
+        yaw = math.atan2(2.0 * (q.w * q.z + q.x * q.y), 1.0 - 2.0 * (q.y * q.y + q.z * q.z))
+        self._cell.move(goal.number, Goal(ToolPose(p.x, p.y, p.z, yaw), goal.speed, goal.settle))
+        if handle.get_goal_id().id in self._early:
+            self._early.remove(handle.get_goal_id().id)
+            handle.set_cancel_requested()
+            self._on_cancel(handle)
+
+    def _on_cancel(self, handle: actionlib.ServerGoalHandle) -> None:
+        self._cell.cancel(handle.get_goal().number)
+
+
+class CellNode:
+    """The graph as the lockstep sees it: publishes, listens, counts."""
+
+    def __init__(self, cell: Cell, staff: Staff, parameters: CellParameters) -> None:
+        self._cell = cell
+        self._staff = staff
+        self._parameters = parameters
+        self._quiescence = Quiescence(parameters.expected)
+        self._traffic = Traffic(CELL)
+        self._heard = threading.Condition(self._traffic.lock)
+        self._master = rosgraph.Master(rospy.get_name())
+        rospy.on_shutdown(self._wake)
+        with self._traffic.lock:
+            self._advertise()
+            self._listen()
+        self._serve()
+
+    @property
+    def closed(self) -> bool:
+        """True after Ctrl-C."""
+        return rospy.is_shutdown()
+
+    def run(self) -> None:
+        """Keep cell and graph in step until shutdown. Raises Stalled."""
+        p = self._parameters
+        pace = Pace(p.speed, p.guard, p.startup_guard)
+        with self._traffic.lock:  # released whenever the lockstep waits
+            Lockstep(self._cell, self, pace).run()
+
+    def wait(self, seconds: float) -> None:
+        """Let callbacks run until anything is heard."""
+        self._heard.wait(seconds)
+
+    def missing(self) -> list[str]:
+        """Nodes and connections that are not there yet."""
+        self._look_at_myself()
+        missing = self._quiescence.missing()
+        return missing or self._quiescence.missing(self._subscribers())
+
+    def forgive_losses(self) -> None:
+        """Start to count from here."""
+        self._quiescence.forgive_losses()
+        rospy.loginfo("the cell is ready: %s", ", ".join(sorted(self._parameters.expected)))
+
+    def outstanding(self) -> list[str]:
+        """Nodes that have work left."""
+        self._look_at_myself()
+        return self._quiescence.outstanding()
+
+    def send(self, stimulus: Stimulus) -> None:
+        """Publish counted messages."""
+        for topic, message in stimulus.messages:
+            if topic == RESULT:
+                self._arm.finish(message)
+            else:
+                self._counted[topic].publish(message)
+
+    def show(self, output: CellOutput | None) -> None:
+        """Publish the clock, the arm and the frames; while time stands, the clock only."""
+        self._clock.publish(Clock(reports.header(self._cell.now).stamp))
+        if output is None:
+            return
+        self._arm.report()
+        t, arm = output.t, self._cell.arm
+        joints = JointState(header=reports.header(t, ""), name=list(Joints._fields))
+        joints.position = list(arm.joints)
+        self._joint_states.publish(joints)
+        tool = reports.pose(Point(*arm.pose[:3]), arm.pose.yaw)
+        self._tcp.publish(PoseStamped(reports.header(t, "arm_base_link"), tool))
+        self._moving_frames.sendTransform(self._person_frames(t) + self._tool_frame(t))
+
+    # -- wiring ---------------------------------------------------------------------------------
+
+    def _advertise(self) -> None:
+        publisher = self._traffic.publisher
+        self._counted = {
+            name: publisher(name, kind, name in LATCHED) for name, kind in COUNTED.items()
+        }
+        self._arm = ArmServer(self._traffic, self._cell, self._handled)
+        self._joint_states = rospy.Publisher("arm/joint_states", JointState, queue_size=10)
+        self._tcp = rospy.Publisher("arm/tcp", PoseStamped, queue_size=10)
+        self._clock = rospy.Publisher("/clock", Clock, queue_size=10)
+        self._moving_frames = tf2_ros.TransformBroadcaster()
+        self._fixed_frames = tf2_ros.StaticTransformBroadcaster()
+        if self._parameters.arm_frames:
+            self._fixed_frames.sendTransform(self._cell_frames())
+
+    def _listen(self) -> None:
+        self._traffic.subscribe("task/state", TaskState, self._on_task)
+        self._traffic.declare_handled("robot/state")
+        self._robot_sequence = 0
+        locked = self._traffic.serialised
+        rospy.Subscriber(
+            "robot/state", RobotActionState, locked(self._on_robot_state), tcp_nodelay=True
+        )
+        rospy.Subscriber("heartbeat", Heartbeat, locked(self._on_heartbeat), tcp_nodelay=True)
+
+    def _serve(self) -> None:
+        locked = self._traffic.serialised
+        rospy.Service("arm/home", Command, locked(self._home))
+        rospy.Service("arm/clear_alarms", Command, locked(self._clear_alarms))
+        rospy.Service("arm/set_suction", SetSuction, locked(self._set_suction))
+        rospy.Service("conveyor/set_speed", SetConveyor, locked(self._set_conveyor))
+
+    def _wake(self) -> None:
+        with self._heard:
+            self._heard.notify_all()
+
+    def _handled(self, topic: str) -> None:
+        with self._heard:
+            self._traffic.handled(topic)
+            self._heard.notify_all()
+
+    def _look_at_myself(self) -> None:
+        self._quiescence.heard(CELL, _counts(*self._traffic.entries()))
+
+    def _subscribers(self) -> dict[str, int]:
+        """How many nodes the master knows to listen to each counted topic."""
+        listeners = dict(self._master.getSystemState()[1])
+        topics = {edge.topic: rospy.resolve_name(edge.topic) for edge in EDGES}
+        return {topic: len(listeners.get(name, [])) for topic, name in topics.items()}
+
+    # -- callbacks, all behind the lock ---------------------------------------------------------
+
+    def _on_heartbeat(self, message: Heartbeat) -> None:
+        if message.node != CELL:
+            self._quiescence.heard(message.node, _counts(message.handled, message.sent))
+            self._heard.notify_all()
+
+    def _on_task(self, state: TaskState) -> None:
+        if state.task_id != self._cell.task.task_id and state.task_id != 0:
+            self._cell.worker = self._staff.worker(state.task_id)
+        self._cell.on_task(state)
+        self._heard.notify_all()
+
+    def _on_robot_state(self, state: RobotActionState) -> None:
+        if state.sequence != self._robot_sequence:
+            self._robot_sequence = state.sequence
+            self._cell.on_robot_state(state)
+            self._traffic.handled("robot/state", state.sequence)
+            self._heard.notify_all()
+
+    def _home(self, _: object) -> CommandResponse:
+        self._cell.home()
+        return CommandResponse(True, "")
+
+    def _clear_alarms(self, _: object) -> CommandResponse:
+        return CommandResponse(True, "the simulated arm raises no alarms")
+
+    def _set_suction(self, request: object) -> SetSuctionResponse:
+        self._cell.set_suction(request.on)
+        return SetSuctionResponse(True, "")
+
+    def _set_conveyor(self, request: object) -> SetConveyorResponse:
+        try:
+            self._cell.set_conveyor(round(request.speed, 6), request.ignore_sensor)
+        except ValueError as error:
+            return SetConveyorResponse(False, str(error))
+        return SetConveyorResponse(True, "")
+
+    # -- frames ---------------------------------------------------------------------------------
+
+    def _cell_frames(self) -> list[TransformStamped]:
+        geometry = self._cell.geometry
+        fixed = {"arm_base_link": geometry.arm, "conveyor": geometry.conveyor}
+        frames = [_transform(0.0, "world", "cell", Frame(0.0, 0.0, 0.0, 0.0))]
+        return frames + [_transform(0.0, "cell", name, frame) for name, frame in fixed.items()]
+
+    def _person_frames(self, t: float) -> list[TransformStamped]:
+        body, yaw = self._cell.body, self._cell.geometry.person.yaw
+        places = {
+            "person": Frame(*body.base, yaw),
+            "person_head": Frame(*body.head, yaw + body.turned),
+            "person_hand": Frame(*body.hand, yaw),
+        }
+        return [_transform(t, "cell", name, frame) for name, frame in places.items()]
+
+    def _tool_frame(self, t: float) -> list[TransformStamped]:
+        if not self._parameters.arm_frames:
+            return []
+        return [_transform(t, "arm_base_link", "arm_tcp", Frame(*self._cell.arm.pose))]
+
+
+def _transform(t: float, parent: str, child: str, frame: Frame) -> TransformStamped:
+    """The frame `child` in its parent."""
+    message = TransformStamped(header=reports.header(t, parent), child_frame_id=child)
+    pose = reports.pose(Point(*frame[:3]), frame.yaw)
+    at = message.transform.translation
+    at.x, at.y, at.z = pose.position.x, pose.position.y, pose.position.z
+    message.transform.rotation = pose.orientation
+    return message
+
+
+def _counts(handled: list, sent: list) -> Counts:
+    return Counts(
+        {entry.topic: entry.count for entry in handled},
+        {entry.topic: entry.count for entry in sent},
+        {entry.topic: entry.connections for entry in sent},
+    )
+
+
+def main() -> int:
+    """Run until Ctrl-C (0), a bad parameter (2) or a node that does not answer (1)."""
+    rospy.init_node("cell")
+    try:
+        parameters = CellParameters.load(rospy.get_param("~", {}), rospy.get_name())
+        config = CellConfig.load(
+            parameters.cell_file,
+            parameters.limits_file,
+            parameters.arm_file,
+            parameters.sensing_file,
+        )
+        staff = Staff(parameters.human, parameters.seed)
+        node = CellNode(Cell(config, staff.worker(1), parameters.seed), staff, parameters)
+    except ValueError as error:
+        rospy.logfatal("%s", error)
+        return 2
+    try:
+        node.run()
+    except Stalled as error:
+        rospy.logfatal("%s", error)
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
