@@ -37,7 +37,8 @@ class Session:
         self._record = RunRecord(folder, parameters)
         self._readiness = Readiness(nodes)
         self._heard = threading.Condition()
-        self._client = actionlib.SimpleActionClient("task/run", RunTaskAction)
+        self._client = actionlib.ActionClient("task/run", RunTaskAction)
+        self._result: RunTaskResult | None = None
         rospy.Subscriber("model_info", ModelInfo, self._on_model)
 
     def run(self) -> int:
@@ -54,11 +55,7 @@ class Session:
 
     def _run_task(self, task_id: int) -> None:
         seed = task_seed(int(self._parameters["seed"]), task_id)
-        self._client.send_goal(RunTaskGoal(task_id, self._parameters["definition"], seed))
-        self._client.wait_for_result()
-        result: RunTaskResult | None = self._client.get_result()
-        if result is None:
-            raise rospy.ROSInterruptException()
+        result = self._ask(RunTaskGoal(task_id, self._parameters["definition"], seed))
         if result.aborted:
             raise SessionFailed(f"task {task_id}: {result.reason}")
         self._wait(
@@ -68,9 +65,28 @@ class Session:
         self._record.task_done()
         say(progress_line(read_results(self._folder / "results.csv")[-1], self._total))
 
+    def _ask(self, goal: RunTaskGoal) -> RunTaskResult:
+        """Have a task run; return its result."""
+        self._result = None
+        handle = self._client.send_goal(goal, transition_cb=self._on_transition)
+        with self._heard:
+            while self._result is None and not rospy.is_shutdown():
+                self._heard.wait(LOOK)
+        del handle  # actionlib follows a goal as long as somebody holds its handle
+        if self._result is None:
+            raise rospy.ROSInterruptException()
+        return self._result
+
+    def _on_transition(self, handle: actionlib.ClientGoalHandle) -> None:
+        if handle.get_comm_state() == actionlib.CommState.DONE:
+            with self._heard:
+                lost = RunTaskResult(aborted=True, reason="the task node has lost the task")
+                self._result = handle.get_result() or lost
+                self._heard.notify_all()
+
     def _missing(self) -> list[str]:
         missing = self._readiness.missing()
-        client = self._client.action_client
+        client = self._client
         # wait_for_server needs a status message, and none comes while the clock stands still
         if not (client.pub_goal.get_num_connections() and client.result_sub.get_num_connections()):
             missing.append("nobody serves task/run")
