@@ -60,8 +60,8 @@ TEST(MotionConfig, NamesFileEntryAndValueOfWhatItRefuses) {
   expect("x: 0.197", "x: .inf", "motion.yaml: poses: home: x: is infinite");
   expect("x: 0.197, ", "", "motion.yaml: poses: home: x: expected a number, got nothing");
   expect("x: 0.197", "x: left", "expected a number, got 'left'");
-  expect("travel: 0.14", "travel: 0", "speeds: travel: 0.000000 is not positive");
-  expect("travel: 0.14", "travel: 0.1\n  fast: 1", "speeds: unknown name 'fast'");
+  expect("travel: 0.12", "travel: 0", "speeds: travel: 0.000000 is not positive");
+  expect("travel: 0.12", "travel: 0.1\n  fast: 1", "speeds: unknown name 'fast'");
   expect("plan: 3.4", "plan: -1", "times: plan: -1.000000 is not positive");
   expect("nods: 2", "nods: 1.5", "nods: 1.500000 is not a whole number");
   expect("inspection_tray: inspected", "inspection_tray: blau", "there is no tray 'blau'");

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#ifndef FABRIC_MSGS_TRAFFIC_HPP
-#define FABRIC_MSGS_TRAFFIC_HPP
+#pragma once
 
 #include <fabric_msgs/Heartbeat.h>
 #include <fabric_msgs/Progress.h>
@@ -60,6 +59,9 @@ class Traffic {
     void repeat(const M& message) const {
       publisher_.publish(message);
     }
+
+    /// Subscribers connected now.
+    [[nodiscard]] std::uint32_t connections() const { return publisher_.getNumSubscribers(); }
 
    private:
     Traffic* traffic_ = nullptr;
@@ -183,5 +185,3 @@ class Traffic {
 };
 
 }  // namespace fabric::msgs
-
-#endif  // FABRIC_MSGS_TRAFFIC_HPP
