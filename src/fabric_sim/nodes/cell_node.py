@@ -17,7 +17,6 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
 
-from fabric_dobot_driver import Goal, Joints, ToolPose
 from fabric_msgs.msg import (
     ContainerArray,
     ConveyorState,
@@ -43,7 +42,7 @@ from fabric_msgs.srv import (
 )
 from fabric_msgs.traffic import Traffic
 from fabric_sim import reports
-from fabric_sim.arm import ArmResult
+from fabric_sim.arm import JOINT_NAMES, ArmResult, goal_of
 from fabric_sim.cell import Cell, CellConfig, CellOutput, Stimulus
 from fabric_sim.cell_parameters import CellParameters
 from fabric_sim.geometry import Frame, Point
@@ -141,7 +140,7 @@ class ArmServer(actionlib.ActionServer):
         self._handles[goal.number] = handle
         q, p = goal.pose.orientation, goal.pose.position
         yaw = math.atan2(2.0 * (q.w * q.z + q.x * q.y), 1.0 - 2.0 * (q.y * q.y + q.z * q.z))
-        self._cell.move(goal.number, Goal(ToolPose(p.x, p.y, p.z, yaw), goal.speed, goal.settle))
+        self._cell.move(goal.number, goal_of((p.x, p.y, p.z), yaw, goal.speed, goal.settle))
         if handle.get_goal_id().id in self._early:
             self._early.remove(handle.get_goal_id().id)
             handle.set_cancel_requested()
@@ -215,7 +214,7 @@ class CellNode:
             return
         self._arm.report()
         t, arm = output.t, self._cell.arm
-        joints = JointState(header=reports.header(t, ""), name=list(Joints._fields))
+        joints = JointState(header=reports.header(t, ""), name=list(JOINT_NAMES))
         joints.position = list(arm.joints)
         self._joint_states.publish(joints)
         tool = reports.pose(Point(*arm.pose[:3]), arm.pose.yaw)

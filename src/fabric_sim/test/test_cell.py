@@ -23,6 +23,7 @@ from hypothesis import strategies as st
 
 from fabric_dobot_driver import Goal, ToolPose
 from fabric_msgs.msg import Cube, HumanActivity, MoveArmResult, RobotActionState, TaskState
+from fabric_sim.arm import goal_of
 from fabric_sim.cell import Cell, CellConfig
 from fabric_sim.stock import Place
 from fabric_sim.worker_events import HELD_BY_ROBOT, WorldView
@@ -269,7 +270,7 @@ def test_a_goal_cancelled_before_it_starts_never_moves():
 def test_a_goal_that_went_through_float32_is_the_same_goal():
     def ticks(settle):
         cell, _ = start()
-        cell.move(1, Goal(CONFIG.arm.home, 0.1, settle))
+        cell.move(1, goal_of(CONFIG.arm.home[:3], 0.0, 0.1, settle))
         return len(until(cell, lambda: cell.arm.number is None))
 
     assert ticks(3.4) == ticks(3.4000000953674316) == 68

@@ -14,7 +14,17 @@ OUTCOMES = {
     Fault.INVALID: MoveArmResult.INVALID,
     Fault.UNREACHABLE: MoveArmResult.UNREACHABLE,
 }
+JOINT_NAMES = Joints._fields
 SLACK = 1e-9  # s; forgives rounding when times are compared
+
+
+def goal_of(place: tuple[float, ...], yaw: float, speed: float, settle: float) -> Goal:
+    """The goal at place (x, y, z) in m of arm_base_link, rad, m/s, s.
+
+    Numbers are rounded, so that a goal is the same whether or not it went through float32.
+    """
+    x, y, z = place
+    return Goal(ToolPose(x, y, z, round(yaw, 9)), round(speed, 6), round(settle, 6))
 
 
 class ArmResult(NamedTuple):

@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 
 from std_msgs.msg import Header
 
-from fabric_dobot_driver import Goal, Limits, ToolPose, load_limits
+from fabric_dobot_driver import Goal, Limits, load_limits
 from fabric_msgs.msg import (
     Container,
     ContainerArray,
@@ -32,7 +32,7 @@ from fabric_msgs.msg import (
     TaskState,
 )
 from fabric_sim import reports
-from fabric_sim.arm import Arm, ArmParameters, ArmResult, load_arm
+from fabric_sim.arm import Arm, ArmParameters, ArmResult, goal_of, load_arm
 from fabric_sim.belt import check_speed
 from fabric_sim.body import BodyMotion
 from fabric_sim.character import named_generator
@@ -170,8 +170,8 @@ class Cell:
         """Take a MotionCommand of the motion agent; it acts from the next tick on."""
         kind = getattr(command.kind, "name", command.kind)
         if kind == "MOVE":
-            pose = ToolPose(command.x, command.y, command.z, command.yaw)
-            self.move(command.number, Goal(pose, command.speed, command.settle))
+            place = (command.x, command.y, command.z)
+            self.move(command.number, goal_of(place, command.yaw, command.speed, command.settle))
         elif kind == "CANCEL":
             self.cancel(command.number)
         elif kind in ("SUCTION_ON", "SUCTION_OFF"):
@@ -180,12 +180,8 @@ class Cell:
             raise ValueError(f"motion command of unknown kind {kind!r}")
 
     def move(self, number: int, goal: Goal) -> None:
-        """Send the tool somewhere (arm_base_link); a refusal comes as a result too.
-
-        Numbers are rounded, so that a goal is the same whether or not it went through float32.
-        """
-        pose = goal.pose._replace(yaw=round(goal.pose.yaw, 9))
-        self._commands.moves[number] = Goal(pose, round(goal.speed, 6), round(goal.settle, 6))
+        """Send the tool somewhere (see arm.goal_of); a refusal comes as a result too."""
+        self._commands.moves[number] = goal
 
     def cancel(self, number: int) -> None:
         """Stop the move of that number."""
