@@ -15,7 +15,7 @@ from fabric_msgs.msg import Heartbeat, ModelInfo, RunTaskAction, RunTaskGoal, Ru
 from fabric_study.progress import progress_line
 from fabric_study.readiness import Readiness
 from fabric_study.results import read_results, read_timing, summary_text
-from fabric_study.run_record import RunRecord
+from fabric_study.run_record import SHUT_DOWN, RunRecord
 from fabric_study.tasks import load_definition, task_seed
 
 PARAMETERS = ("tasks", "seed", "definition", "policy", "human")
@@ -56,6 +56,8 @@ class Session:
     def _run_task(self, task_id: int) -> None:
         seed = task_seed(int(self._parameters["seed"]), task_id)
         result = self._ask(RunTaskGoal(task_id, self._parameters["definition"], seed))
+        if result.aborted and result.reason == SHUT_DOWN:
+            raise rospy.ROSInterruptException()
         if result.aborted:
             raise SessionFailed(f"task {task_id}: {result.reason}")
         self._wait(

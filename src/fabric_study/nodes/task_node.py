@@ -25,6 +25,7 @@ from fabric_msgs.msg import (
 from fabric_msgs.srv import AddNote, AddNoteResponse, SelectPolicy, SetConveyor, SetModel
 from fabric_msgs.traffic import Traffic
 from fabric_study.results import TableWriter
+from fabric_study.run_record import SHUT_DOWN
 from fabric_study.task_manager import Counters, TaskManager
 from fabric_study.tasks import TaskDefinition, load_definition
 
@@ -91,7 +92,7 @@ class TaskNode:
     def _tell_end(self) -> None:
         """Abort the goal while the node is shut down: no event, no row, and perhaps no topic."""
         with contextlib.suppress(rospy.ROSException):
-            self._server.set_aborted(RunTaskResult(aborted=True, reason="shut down"))
+            self._server.set_aborted(RunTaskResult(aborted=True, reason=SHUT_DOWN))
 
     def _finish(self, state: TaskState, reason: str) -> None:
         result = RunTaskResult(

@@ -12,6 +12,7 @@ from typing import Any
 
 FILE_NAME = "run.json"
 STATUSES = ("running", "finished", "interrupted", "failed")
+SHUT_DOWN = "shut down"  # reason of a task that ended because its node was told to
 PACKAGES = ("numpy", "scipy", "PyYAML", "matplotlib")
 
 
