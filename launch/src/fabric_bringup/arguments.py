@@ -16,8 +16,8 @@ import sys
 from collections.abc import Callable, Sequence
 
 SCENARIOS = ("inspection", "sorting")
-POLICIES = ("abps", "proactive", "reactive", "none")
-REPLAY_POLICIES = ("proactive", "reactive")
+POLICIES = ("abps", "proactive", "patient", "eager", "reactive", "none")
+REPLAY_POLICIES = ("proactive", "patient", "eager", "reactive")
 RECORDING_SUFFIXES = (".csv", ".bag")
 HUMAN_TYPES = tuple(
     "_".join(corner)
@@ -140,6 +140,14 @@ def recording(text: str) -> str:
     return os.path.abspath(text)
 
 
+def policies(text: str) -> str:
+    """Policies to compare, comma between."""
+    checked = [policy(part) for part in text.split(",")]
+    if len(set(checked)) < len(checked):
+        raise ArgumentError("policies that differ")
+    return ",".join(checked)
+
+
 def sensing(text: str) -> str:
     """How the person is seen."""
     if text == "camera":
@@ -185,14 +193,29 @@ WORDS = (
     Word("seed", "1", "root of all randomness; same seed, same results", seed),
     Word("scenario", "inspection", "inspection | sorting", one_of(SCENARIOS)),
     Word("human", "random", "a type | e,s,a,c | random | mixed", human),
-    Word("policy", "proactive", "abps | proactive | reactive | none | a model file", policy),
+    Word(
+        "policy",
+        "proactive",
+        f"{' | '.join(POLICIES)} | a model file",
+        policy,
+        ("sim",),
+    ),
+    Word("policy", "proactive", "one or several as for sim, comma between", policies, ("batch",)),
+    Word("seeds", "1", "how many runs a policy, with seeds from seed on", tasks, ("batch",)),
+    Word("jobs", "0", "processes; 0 is one a core", seed, ("batch",)),
     Word("sensing", "direct", "direct: labels with noise", sensing, ("sim",)),
     Word("speed", "max", "times real time, or max", speed, ("sim",)),
     Word("rviz", "false", "open the 3D view", boolean, ("sim",)),
     Word("record", "true", "one bag a task", boolean, ("sim",)),
     Word("out_dir", new_run_folder, "folder of the record", out_dir),
     Word("file", "", "the recorded trial, a CSV file or a bag", recording, ("replay",)),
-    Word("policy", "proactive", "proactive | reactive | a model file", replay_policy, ("replay",)),
+    Word(
+        "policy",
+        "proactive",
+        "proactive | patient | eager | reactive | a model file",
+        replay_policy,
+        ("replay",),
+    ),
     Word("speed", "max", "times the recorded time, or max", replay_speed, ("replay",)),
     Word("out_dir", "runs/replay", "folder of plot and summary", out_dir, ("replay",)),
 )

@@ -27,12 +27,12 @@ def test_the_rules_are_shown_for_their_time_before_the_task_starts():
     assert desk.commands == [(0.0, False), (BELT_SPEED, False)]
 
 
-def test_a_subtask_starts_when_its_cube_arrives_and_the_belt_waits_for_the_placement():
+def test_a_subtask_starts_when_its_cube_arrives_and_the_belt_may_bring_back_a_cube_put_down():
     desk = Desk(definition())
     desk.run()
     assert desk.belt(cube=True) == [SUB_STARTED]
     assert desk.belt(cube=False, seconds=2.0) == []
-    assert desk.commands[-1] == (0.0, False)
+    assert desk.commands[-1] == (BELT_SPEED, False)
     assert desk.place(1, PERSON, "red") == [RIGHT]
     assert desk.commands[-1] == (BELT_SPEED, False)
 
@@ -93,7 +93,7 @@ def test_after_t_max_the_belt_carries_the_package_into_the_box():
     desk.belt(seconds=3.1)
     desk.belt(cube=True, seconds=0.1)
     assert desk.belt(cube=True, seconds=51.9) == []
-    assert desk.commands[-1] == (0.0, False)
+    assert desk.commands[-1] == (BELT_SPEED, False)
     assert desk.belt(cube=True, seconds=0.1) == []
     assert desk.commands[-1] == (BELT_SPEED, True)
     desk.belt(seconds=2.0)

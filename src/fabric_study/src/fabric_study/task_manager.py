@@ -6,7 +6,8 @@ Thesis Fig. 6.3. A task walks through these phases; each has a time limit, count
 
     RULES   the rules are shown for their time
     BELT    the belt brings the next cube
-    WORK    the cube stands at the pick point, or somebody has it; the belt stands still
+    WORK    the cube stands at the pick point, or somebody has it; the belt waits, but brings back a
+            cube that was put down upstream
     OVERRUN t_max is over: the belt runs on, towards the box at its end
     DONE    the last cube is somewhere
 """
@@ -195,7 +196,6 @@ class TaskManager:
 
     def _begin_subtask(self) -> None:
         self._enter(Phase.WORK, self._time)
-        self._belt = (0.0, False)
         self._event_start(self._expected())
 
     def _event_start(self, cube_id: int) -> None:

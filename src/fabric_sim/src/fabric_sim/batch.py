@@ -1,0 +1,118 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""`./fabric batch`: many tasks without ROS, faster than real time, on every core.
+
+    python3 -m fabric_sim.batch tasks:=100 seed:=1 seeds:=5 policy:=proactive,reactive human:=mixed
+
+Writes results.csv, timing.csv, summary.txt and run.json into out_dir and prints the summary. The
+same words always give the same results.csv, whatever `jobs` is.
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+import sys
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from tqdm import tqdm
+
+from fabric_sim.batch_loop import HeadlessRun, RunSetup, TaskResult
+from fabric_study.comparison import comparison_lines
+from fabric_study.results import (
+    ResultsWriter,
+    TimingWriter,
+    latency_lines,
+    read_timing,
+    summary_text,
+)
+from fabric_study.run_record import RunRecord
+
+Job = tuple[RunSetup, int]  # the run, how many tasks
+
+
+@dataclass(frozen=True)
+class Plan:
+    """The words of the command, parsed."""
+
+    tasks: int
+    seeds: range
+    scenario: str
+    human: str
+    policies: tuple[str, ...]
+    jobs: int
+    out_dir: Path
+
+    @classmethod
+    def parse(cls, words: Sequence[str]) -> Plan:
+        """Read `name:=value` words that fabric_bringup.arguments has checked."""
+        value = dict(word.split(":=", 1) for word in words)
+        first = int(value["seed"])
+        return cls(
+            tasks=int(value["tasks"]),
+            seeds=range(first, first + int(value["seeds"])),
+            scenario=value["scenario"],
+            human=value["human"],
+            policies=tuple(value["policy"].split(",")),
+            jobs=int(value["jobs"]) or multiprocessing.cpu_count(),
+            out_dir=Path(value["out_dir"]),
+        )
+
+    def job_list(self) -> list[Job]:
+        """One job a run, policy by policy."""
+        return [
+            (RunSetup(self.scenario, self.human, policy, seed), self.tasks)
+            for policy in self.policies
+            for seed in self.seeds
+        ]
+
+
+def run_job(job: Job) -> list[TaskResult]:
+    """All tasks of one run, in order."""
+    setup, tasks = job
+    run = HeadlessRun(setup)
+    return [run.run_task() for _ in range(tasks)]
+
+
+def results_of(plan: Plan) -> Iterator[tuple[Job, list[TaskResult]]]:
+    """Every job with its results, in the order of the list, spread over the processes."""
+    jobs = plan.job_list()
+    # spawn: forked children would share the parent's threads half-way
+    with multiprocessing.get_context("spawn").Pool(min(plan.jobs, len(jobs))) as pool:
+        done = pool.imap(run_job, jobs)
+        yield from zip(jobs, tqdm(done, total=len(jobs), unit="run", leave=False), strict=True)
+
+
+def write(plan: Plan) -> str:
+    """Run everything, write the files, return the summary."""
+    record = RunRecord(plan.out_dir, {**vars(plan), "seeds": list(plan.seeds), "out_dir": ""})
+    results = ResultsWriter(plan.out_dir / "results.csv")
+    timing = TimingWriter(plan.out_dir / "timing.csv")
+    rows, root_seeds = [], []
+    for (setup, _), tasks in results_of(plan):
+        for task in tasks:
+            results.write(task.row)
+            timing.write_decisions(setup.policy, task.decisions)
+            rows.append(task.row)
+            root_seeds.append(setup.seed)
+            record.task_done()
+    results.close()
+    timing.close()
+    text = summary_text(rows)
+    text += "\n".join(comparison_lines(rows, root_seeds)) + "\n"
+    text += "\n".join(latency_lines(read_timing(plan.out_dir / "timing.csv"))) + "\n"
+    (plan.out_dir / "summary.txt").write_text(text, encoding="utf-8")
+    record.end("finished")
+    return text
+
+
+def main(words: Sequence[str]) -> int:
+    """Run the command; return its exit code."""
+    plan = Plan.parse(words)
+    print(write(plan))
+    print(f"results  {plan.out_dir / 'results.csv'}")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,252 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The whole loop in one process, without ROS: the same classes as the nodes, in the same order.
+
+run = HeadlessRun(RunSetup(scenario="inspection", human="random", policy="reactive", seed=1))
+results = [run.run_task() for _ in range(10)]
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import rospkg
+import yaml
+
+import fabric_planner as fp
+from fabric_abps import Library, Selector, SelectorParameters, SignalEncoder, TrainedModels
+from fabric_msgs.msg import Decision, ModelInfo, Observation, PolicyChoice, TaskState, TypeBelief
+from fabric_perception.observation_agent import ObservationAgent
+from fabric_sim.cell import Cell, CellConfig, CellOutput
+from fabric_sim.staff import Staff
+from fabric_study.meter import TaskMeter
+from fabric_study.task_manager import Counters, TaskManager
+from fabric_study.tasks import load_definition, task_seed
+
+TICKS_LIMIT = 100_000  # of one task; more means that a rule of the task can no longer be met
+
+
+@dataclass(frozen=True)
+class RunSetup:
+    """What defines a run; equal setups give equal results."""
+
+    scenario: str = "inspection"
+    human: str = "random"  # as the launch argument human
+    policy: str = "proactive"  # as the launch argument policy
+    seed: int = 1
+
+
+@dataclass(frozen=True)
+class TaskResult:
+    """One finished task."""
+
+    row: dict[str, Any]  # as in results.csv
+    decisions: list[Decision]
+    codes: list[int]  # type observation codes in order, 0..63
+
+
+@dataclass
+class Files:
+    """Where the packages keep their models and numbers."""
+
+    share: Callable[[str], Path] = field(
+        default_factory=lambda: lambda package: Path(rospkg.RosPack().get_path(package))
+    )
+
+    def cell(self) -> CellConfig:
+        """Geometry, limits, arm and sensors."""
+        sim = self.share("fabric_sim") / "config"
+        return CellConfig.load(
+            self.share("fabric_bringup") / "config/cell.yaml",
+            self.share("fabric_dobot_driver") / "config/magician.yaml",
+            sim / "arm.yaml",
+            sim / "sensing.yaml",
+        )
+
+    def model(self, policy: str, scenario: str) -> Path:
+        """The model file of a policy; a path stands for itself."""
+        if policy.endswith((".pomdpx", ".pomdp")):
+            return Path(policy)
+        models = self.share("fabric_planner") / "models"
+        return models / (f"{policy}.pomdpx" if policy == "none" else f"{scenario}_{policy}.pomdpx")
+
+    def planner(self) -> fp.PlannerOptions:
+        """Limits of the search, as the decision node has them."""
+        path = self.share("fabric_planner") / "config/decision.yaml"
+        values = yaml.safe_load(path.read_text(encoding="utf-8"))
+        return fp.PlannerOptions(values["deadline"], values["gap"], values["max_nodes"])
+
+    def motion(self) -> Path:
+        """Places and speeds of the robot's actions."""
+        return self.share("fabric_planner") / "config/motion.yaml"
+
+    def selector(self, scenario: str) -> Selector:
+        """ABPS over the shipped library with its trained models."""
+        package = self.share("fabric_abps")
+        config = package / "config"
+        library = Library.load(config / "library.yaml", scenario)
+        models = TrainedModels.load(package / f"models/{scenario}.npz")
+        values = yaml.safe_load((config / "selector.yaml").read_text(encoding="utf-8"))
+        return Selector(library, models, SelectorParameters.load(values))
+
+
+class HeadlessRun:
+    """One run: a sequence of tasks with one policy and one person (or a person a task)."""
+
+    def __init__(self, setup: RunSetup, files: Files | None = None) -> None:
+        """Raises ValueError naming the word of the setup or the file that cannot be used."""
+        self.setup = setup
+        files = files or Files()
+        self._definition = load_definition(setup.scenario)
+        self._selector = files.selector(setup.scenario) if setup.policy == "abps" else None
+        first = "proactive" if self._selector else setup.policy
+        self._agent = fp.DecisionAgent(
+            str(self._files.model(first, setup.scenario)), files.planner()
+        )
+        self._motion = fp.MotionAgent(str(self._files.motion()))
+        self._observer = ObservationAgent()
+        self._staff = Staff(setup.human, setup.seed)
+        self._cell = Cell(files.cell(), self._staff.worker(1), setup.seed)
+        self._counters = Counters()
+        self._task_number = 0
+        self._task_state_sent = 0
+        self._robot_sequence = 0
+
+    def run_task(self) -> TaskResult:
+        """Run the next task to its end."""
+        self._task_number += 1
+        self._cell.worker = self._staff.worker(self._task_number)
+        seed = task_seed(self.setup.seed, self._task_number)
+        self._manager = TaskManager(self._definition, self._task_number, seed, self._counters)
+        self._encoder, self._codes = SignalEncoder(), []
+        self._choose(seed)
+        self._agent.reset()
+        self._manager.begin(self._cell.now)
+        self._meter = TaskMeter(self._manager.state, self.setup.human, self.setup.policy)
+        self._tell_names()
+        self._publish_state()
+        for _ in range(TICKS_LIMIT):
+            if not self._cell.running:
+                break
+            self._tick(self._cell.step())
+        else:
+            raise RuntimeError(f"task {self._task_number} did not end in {TICKS_LIMIT} ticks")
+        self._tell_type_belief()
+        return TaskResult(self._meter.row(), self._meter.decisions(), self._codes)
+
+    # -- one tick: the order of docs/time.md ------------------------------------------------------
+
+    def _tick(self, output: CellOutput) -> None:
+        for stimulus in output.stimuli():
+            if not self._cell.running:
+                return
+            for topic, message in stimulus.messages:
+                self._HANDLERS[topic](self, output.t, message)
+            self._settle(output)
+
+    def _on_truth(self, t: float, message: Any) -> None:
+        self._meter.on_truth(message)
+
+    def _on_arm_result(self, t: float, result: Any) -> None:
+        self._move(self._motion.on_arm_result(result.number, result.outcome, result.reason))
+
+    def _on_conveyor(self, t: float, message: Any) -> None:
+        self._move(self._motion.on_conveyor(message.cube_at_pick_point))
+        self._score(t, self._manager.on_conveyor(t, message))
+
+    def _on_cubes(self, t: float, message: Any) -> None:
+        self._move(self._motion.on_cubes(message))
+
+    def _on_containers(self, t: float, message: Any) -> None:
+        self._score(t, self._manager.on_containers(t, message))
+
+    def _on_warning(self, t: float, message: Any) -> None:
+        self._move(self._motion.on_warning())
+        self._score(t, self._manager.on_warning(t))
+
+    def _on_activity(self, t: float, message: Any) -> None:
+        self._activity = message
+
+    def _on_head(self, t: float, message: Any) -> None:
+        self._decide(t, self._observer.on_percepts(t, self._activity, message))
+
+    _HANDLERS = {
+        "truth": _on_truth,
+        "arm/move/result": _on_arm_result,
+        "conveyor/state": _on_conveyor,
+        "cell/cubes": _on_cubes,
+        "cell/containers": _on_containers,
+        "human/warning": _on_warning,
+        "human/activity": _on_activity,
+        "human/head": _on_head,
+    }
+
+    # -- consequences -----------------------------------------------------------------------------
+
+    def _score(self, t: float, events: list[Any]) -> None:
+        belt = self._manager.belt_command
+        if belt is not None:
+            self._cell.set_conveyor(*belt)
+        for event in events:
+            self._meter.on_event(event)
+            if self._selector:
+                self._selector.on_task_event(event)
+            self._decide(t, self._observer.on_task_event(t, event))
+
+    def _decide(self, t: float, observations: list[Observation]) -> None:
+        for observation in observations:
+            self._codes.append(self._encoder.encode(observation))
+            if self._selector:
+                self._selector.observe(observation)
+            self._meter.on_observation(observation)
+            decision = self._agent.decide(observation).fill(Decision())
+            decision.header.stamp = observation.header.stamp
+            self._meter.on_decision(decision)
+            self._move(
+                self._motion.on_decision(decision.action, decision.sequence, decision.task_id)
+            )
+
+    def _move(self, commands: list[Any]) -> None:
+        for command in commands:
+            self._cell.command(command)
+
+    def _settle(self, output: CellOutput) -> None:
+        """What has changed becomes known: the robot's state to the person, the task to all."""
+        if self._manager.state.sequence != self._task_state_sent:
+            self._publish_state()
+        state = self._motion.state()
+        if state.sequence != self._robot_sequence:
+            self._robot_sequence = state.sequence
+            self._cell.on_robot_state(state)
+
+    def _publish_state(self) -> None:
+        state = self._manager.state
+        self._task_state_sent = state.sequence
+        self._meter.on_state(state)
+        self._move(self._motion.on_task(state))
+        if state.status in (TaskState.SHOWING_RULES, TaskState.RUNNING):
+            self._observer.start_task(self._cell.now, state)
+        self._cell.on_task(state)
+
+    # -- the policy of a task ---------------------------------------------------------------------
+
+    def _choose(self, seed: int) -> None:
+        if self._selector is None:
+            return
+        choice = self._selector.select(self._task_number, seed)
+        self._agent.set_model(str(choice.path), False)
+        self._choice = choice
+
+    def _tell_names(self) -> None:
+        model = self._agent.model
+        self._meter.on_model(ModelInfo(hash=self._agent.model_hash, states=model.states))
+        if self._selector is not None:
+            choice = PolicyChoice(task_id=self._task_number, policy=self._choice.policy)
+            self._meter.on_policy(choice)
+
+    def _tell_type_belief(self) -> None:
+        if self._selector is not None:
+            entropy = self._selector.belief.entropy
+            self._meter.on_type_belief(TypeBelief(task_id=self._task_number, entropy=entropy))
