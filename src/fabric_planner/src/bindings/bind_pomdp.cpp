@@ -19,6 +19,7 @@ namespace fabric::planner {
 namespace {
 
 using Names = std::vector<std::string>;
+using Indices = py::array_t<int, py::array::c_style | py::array::forcecast>;
 
 std::shared_ptr<Pomdp> makePomdp(Names states, Names actions, Names observations, const Array& T,
                                  const Array& O, const Eigen::MatrixXd& R, double discount,
@@ -88,6 +89,21 @@ void bindModel(py::module_& module) {
       });
 }
 
+/// Many updates in a row without the interpreter between them.
+std::uint64_t updateMany(BeliefFilter& filter, const Indices& actions,
+                         const Indices& observations) {
+  if (actions.ndim() != 1 || observations.ndim() != 1 || actions.size() != observations.size()) {
+    throw ModelError("actions and observations must be two rows of the same length");
+  }
+  const int* action = actions.data();
+  const int* observation = observations.data();
+  const auto count = actions.size();
+  py::gil_scoped_release release;
+  const auto before = filter.recoveries();
+  for (py::ssize_t i = 0; i < count; ++i) filter.update(action[i], observation[i]);
+  return filter.recoveries() - before;
+}
+
 void bindFilter(py::module_& module) {
   py::enum_<UpdateStatus>(module, "UpdateStatus")
       .value("OK", UpdateStatus::OK, "Bayes' rule held")
@@ -109,6 +125,8 @@ void bindFilter(py::module_& module) {
           "belief"_a = py::none(), "belief: (S,), sums to 1; the model's initial one by default.")
       .def("update", &BeliefFilter::update, "action"_a, "observation"_a,
            "Indices of the model; raises IndexError for others.")
+      .def("update_many", &updateMany, "actions"_a, "observations"_a,
+           "Updates with one pair after the other; returns how many were recoveries.")
       .def_property_readonly("belief",
                              [](const BeliefFilter& f) { return Eigen::VectorXd(f.belief()); })
       .def_property_readonly("recoveries", &BeliefFilter::recoveries);

@@ -1,0 +1,150 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The Python side of the planner core."""
+
+import subprocess
+import sys
+import threading
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import fabric_planner as fp
+from fabric_planner.bench import tiger
+from fabric_planner.paths import shipped_models
+
+TIGER = Path(__file__).parent / "models" / "tiger.pomdpx"
+AMPLE = 1e6  # s: a deadline that never ends a search
+
+
+def test_tables_have_the_shapes_promised():
+    model = fp.load_pomdpx(TIGER)
+    assert model.transition.shape == (3, 2, 2)
+    assert model.observation.shape == (3, 2, 2)
+    assert model.reward.shape == (3, 2)
+    assert model.initial_belief.tolist() == [0.5, 0.5]
+    assert model.terminal.dtype == bool and not model.terminal.any()
+    assert (model.n_states, model.n_actions, model.n_observations) == (2, 3, 2)
+
+
+def test_a_model_from_arrays_equals_the_one_from_the_file():
+    ours, file = tiger(), fp.load_pomdpx(str(TIGER))
+    for name in ("transition", "observation", "reward", "initial_belief"):
+        np.testing.assert_array_equal(getattr(ours, name), getattr(file, name))
+
+
+def test_arrays_handed_out_are_copies():
+    model = fp.load_pomdpx(TIGER)
+    belief_filter = fp.BeliefFilter(model)
+    for array in (model.transition, model.reward, model.initial_belief, belief_filter.belief):
+        array[...] = 7.0
+    assert model.transition.max() == 1.0
+    assert model.reward.max() == 10.0
+    assert model.initial_belief.sum() == 1.0
+    assert belief_filter.belief.sum() == 1.0
+
+
+def test_model_error_is_a_value_error_that_names_the_place():
+    model = tiger()
+    transition = model.transition
+    transition[1, 0] = [0.5, 0.43]
+    with pytest.raises(fp.ModelError, match=r"T\[open_left\] row left sums to 0.93") as error:
+        fp.Pomdp(
+            model.states, model.actions, model.observations, transition, model.observation,
+            model.reward, model.discount, model.initial_belief,
+        )  # fmt: skip
+    assert isinstance(error.value, ValueError)
+
+
+def test_the_filter_says_when_it_recovered():
+    model = fp.Pomdp(
+        ["a", "b"], ["wait"], ["see_a", "see_b"], np.eye(2)[None], np.eye(2)[None],
+        np.zeros((1, 2)), 0.9, [1.0, 0.0],
+    )  # fmt: skip
+    belief_filter = fp.BeliefFilter(model)
+    assert belief_filter.update(0, 0) == fp.UpdateStatus.OK
+    assert belief_filter.update(0, 1) == fp.UpdateStatus.RECOVERED
+    assert belief_filter.belief.tolist() == [0.0, 1.0]
+    assert belief_filter.recoveries == 1
+    belief_filter.reset([0.5, 0.5])
+    assert belief_filter.recoveries == 0
+    assert belief_filter.update_many([0, 0], [1, 0]) == 1
+    with pytest.raises(IndexError, match="action 5"):
+        belief_filter.update(5, 0)
+
+
+def test_mdp_from_arrays_and_from_a_model_agree():
+    model = fp.load_pomdpx(TIGER)
+    ours = fp.solve_mdp_arrays(model.transition, model.reward, model.discount)
+    assert ours.value == pytest.approx([200.0, 200.0])
+    assert ours.policy.tolist() == [2, 1]
+    np.testing.assert_allclose(fp.solve_mdp(model).q, ours.q)
+
+
+def test_bad_arrays_are_refused_by_row():
+    with pytest.raises(fp.ModelError, match=r"T\[0\] row 1 sums to 0.5"):
+        fp.solve_mdp_arrays([[[1.0, 0.0], [0.5, 0.0]]], [[0.0, 0.0]], 0.9)
+    with pytest.raises(fp.ModelError, match="T has 2 dimensions"):
+        fp.solve_mdp_arrays(np.eye(2), [[0.0, 0.0]], 0.9)
+
+
+def test_bounds_are_ordered_at_the_initial_belief():
+    for path in shipped_models():
+        model = fp.load_pomdpx(path)
+        bounds = (fp.blind_bound, fp.point_based_bound, fp.fast_informed_bound, fp.qmdp)
+        values = [(bound(model) @ model.initial_belief).max() for bound in bounds]
+        assert values == pytest.approx(sorted(values), abs=1e-9), path.name
+
+
+def test_decision_on_tiger():
+    planner = fp.OnlinePlanner(fp.load_pomdpx(TIGER), fp.PlannerOptions(deadline=AMPLE, gap=1e-3))
+    decision = planner.decide([0.5, 0.5])
+    assert decision.action == 0 and decision.ended_by == fp.EndedBy.GAP
+    assert decision.value == pytest.approx(19.3713, abs=2e-3)
+    assert decision.lower_bound <= decision.upper_bound <= decision.lower_bound + 1e-3
+    assert not decision.fallback_used and not decision.deadline_missed
+
+
+def test_every_shipped_model_loads_and_ends_for_good():
+    paths = shipped_models()
+    assert paths
+    for path in paths:
+        model = fp.load_pomdpx(path)
+        ends = [s for s in model.states if s in ("global_success", "global_fail")]
+        assert all(model.terminal[model.state_index(s)] for s in ends), path.name
+
+
+def test_other_threads_run_while_the_planner_searches():
+    rng = np.random.default_rng(1)
+    n = 12
+    model = fp.Pomdp(
+        [f"s{i}" for i in range(n)], ["a", "b"], [f"o{i}" for i in range(n)],
+        rng.dirichlet(np.ones(n), (2, n)), rng.dirichlet(np.ones(n), (2, n)),
+        rng.normal(size=(2, n)), 0.99, np.full(n, 1 / n),
+    )  # fmt: skip
+    planner = fp.OnlinePlanner(model, fp.PlannerOptions(deadline=0.5, gap=0.0, max_nodes=10**6))
+    started, answers = threading.Event(), []
+
+    def search() -> None:
+        started.set()
+        answers.append(planner.decide(model.initial_belief))
+
+    thread = threading.Thread(target=search)
+    thread.start()
+    started.wait()
+    turns = 0
+    while not answers:
+        turns += 1
+        thread.join(0.001)
+    assert answers[0].ended_by == fp.EndedBy.DEADLINE
+    assert turns > 5
+
+
+def test_the_core_needs_no_ros():
+    code = (
+        "import sys\n"
+        "for name in ('rospy', 'roscpp', 'rosbag', 'actionlib', 'tf', 'tf2_ros'):\n"
+        "    sys.modules[name] = None\n"
+        "import fabric_planner, fabric_planner.plan, fabric_planner.bench\n"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)
