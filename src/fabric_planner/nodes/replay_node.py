@@ -7,6 +7,7 @@ import os
 import sys
 import threading
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import rosbag
@@ -52,7 +53,7 @@ class Replay:
             raise ReplayFailed(f"the decision node does not load a model: {error}") from error
         if not answer.accepted:
             raise ReplayFailed(f"the decision node refuses {model}: {answer.reason}")
-        self._wait(self._connected, "the decision node did not connect")
+        self._wait(self._connected, "the decision node did not connect", connecting=True)
         return answer.info
 
     def decide(self, step: Step, names: list) -> Outcome:
@@ -75,14 +76,13 @@ class Replay:
         ends = (self._observations, self._decisions)
         return all(end.get_num_connections() > 0 for end in ends)
 
-    def _wait(self, reached, complaint: str) -> None:
+    def _wait(self, reached: Callable[[], bool], complaint: str, connecting: bool = False) -> None:
         end = time.monotonic() + self._deadline
-        was_connected = self._connected()
         with self._arrived:
             while not reached():
                 if rospy.is_shutdown():
                     raise ReplayFailed(f"{complaint}: the replay was stopped")
-                if was_connected and not self._connected():
+                if not connecting and not self._connected():
                     raise ReplayFailed(f"{complaint}: the decision node died")
                 if time.monotonic() >= end:
                     raise ReplayFailed(f"{complaint} within {self._deadline:g} s")
