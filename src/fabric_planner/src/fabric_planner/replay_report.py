@@ -64,7 +64,7 @@ class Outcome:
 def header() -> str:
     """Headings of the lines of `describe`."""
     return (
-        f"{'time':>8} {'no':>4} {'seen':<21} {'belief':<52} {'decision':<9}"
+        f"{'time':>8} {'no':>4} {'seen':<22} {'belief':<52} {'decision':<9}"
         f"{'value':>7} {'bounds':<16} recorded robot"
     )
 
@@ -76,7 +76,7 @@ def describe(step: Step, outcome: Outcome, states: Sequence[str]) -> str:
     bounds = f"{outcome.lower_bound:.2f}..{outcome.upper_bound:.2f}"
     recorded = step.recorded or (f"({step.in_force})" if step.in_force else "-")
     return (
-        f"{step.time:8.1f} {step.observation.sequence:4d} {outcome.symbol:<21} {belief:<52} "
+        f"{step.time:8.1f} {step.observation.sequence:4d} {outcome.symbol:<22} {belief:<52} "
         f"{outcome.action:<9}{outcome.value:7.2f} {bounds:<16} {recorded}"
     )
 
