@@ -36,6 +36,7 @@ LABEL_COLOURS = {
 }
 ACTIVITIES = ("idle", "grasping", "STOP gesture", "something else")
 ACTIONS = ("idle", "planning a grasp", "pointing", "grasping", "cancelling")
+NEXT = ("idle", "plan", "point", "grasp", "cancel")
 PHASES = ("at rest", "approaching", "at the cube", "carrying", "retreating")
 HAND_STEP = 0.06  # m a frame: 0.6 m/s at 10 Hz
 WALL = 0.006  # m
@@ -196,10 +197,12 @@ def tray_markers(trays: tuple[Tray, ...], containers: ContainerArray | None) -> 
 
 def tray_count(tray: Tray, count: int) -> Marker:
     """How many lie inside; the colour says what belongs there, other labels are spelled out."""
-    words = {"belt": f"missed: {count}"}.get(tray.owner, f"{tray.label}: {count}")
-    words = str(count) if tray.label in COLOUR_LABELS else words
     x, y, z = tray.floor
-    return draw.text(("trays", 10 * tray.id + 5), (x, y, z + 0.06), 0.036, words, draw.INK)
+    key = ("trays", 10 * tray.id + 5)
+    if tray.owner == "belt":
+        return draw.text(key, (x, y + 0.10, z + 0.14), 0.032, f"missed: {count}", draw.INK)
+    words = str(count) if tray.label in COLOUR_LABELS else f"{tray.label}: {count}"
+    return draw.text(key, (x, y, z + 0.05), 0.042, words, draw.WHITE)
 
 
 def table_top(layout: Layout) -> Iterator[Marker]:
@@ -218,11 +221,11 @@ def robot_label(state: RobotActionState | None, layout: Layout) -> Iterator[Mark
     if state is None or state.current >= len(ACTIONS):
         words += "no action"
     else:
-        words += f"{ACTIONS[state.current]}, {PHASES[state.phase]}"
+        words += f"{ACTIONS[state.current]}\n{PHASES[state.phase]}"
         if state.queued < len(ACTIONS):
-            words += f"\nthen {ACTIONS[state.queued]}"
+            words += f"\nthen {NEXT[state.queued]}"
     x, y, z = layout.arm
-    yield draw.text(("robot", 0), (x - 0.05, y, z + 0.34), 0.048, words, draw.ROBOT)
+    yield draw.text(("robot", 0), (x - 0.05, y, z + 0.36), 0.046, words, draw.ROBOT)
 
 
 def warning_markers(age: float | None, layout: Layout) -> Iterator[Marker]:

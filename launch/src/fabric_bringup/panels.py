@@ -188,5 +188,5 @@ def rules_in_words(state: TaskState) -> str:
     """The rules of the task on one line."""
     if state.scenario == "inspection":
         return "the person inspects each package and puts it into a tray 'inspected'"
-    rules = (f"{CUBE_WORDS.get(rule.colour, '?')} to '{rule.label}'" for rule in state.rules)
-    return "rules: " + ", ".join(rules)
+    rules = (f"{CUBE_WORDS.get(rule.colour, '?')} into '{rule.label}'" for rule in state.rules)
+    return "which cube into which tray: " + ", ".join(rules)
