@@ -254,7 +254,7 @@ def test_the_selected_policy_and_the_type_belief_of_the_task_are_kept():
     "policy, name",
     [
         ("abps", "abps"),
-        ("/home/a/mine.POMDPx", "mine"),
+        ("models/mine.POMDPx", "mine"),
         ("b/tiger.pomdp", "tiger"),
         ("v1.2", "v1.2"),
     ],

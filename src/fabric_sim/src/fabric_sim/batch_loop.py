@@ -102,10 +102,8 @@ class HeadlessRun:
         self._definition = load_definition(setup.scenario)
         self._selector = files.selector(setup.scenario) if setup.policy == "abps" else None
         first = "proactive" if self._selector else setup.policy
-        self._agent = fp.DecisionAgent(
-            str(self._files.model(first, setup.scenario)), files.planner()
-        )
-        self._motion = fp.MotionAgent(str(self._files.motion()))
+        self._agent = fp.DecisionAgent(str(files.model(first, setup.scenario)), files.planner())
+        self._motion = fp.MotionAgent(str(files.motion()))
         self._observer = ObservationAgent()
         self._staff = Staff(setup.human, setup.seed)
         self._cell = Cell(files.cell(), self._staff.worker(1), setup.seed)

@@ -128,17 +128,19 @@ class TaskMeter:
     def complete(self) -> bool:
         """Say whether everything that belongs to the ended task is there.
 
-        That is the observation that tells the end, a decision on each observation, the state
-        names of each deciding model, and with ABPS the type belief that the task has left.
+        That is its last event, the observation that tells the end, a decision on each
+        observation, the state names of each deciding model, and the type belief under ABPS.
         """
-        if any(event.kind == TaskEvent.TASK_ABORTED for event in self._events.values()):
+        kinds = {event.kind for event in self._events.values()}
+        if TaskEvent.TASK_ABORTED in kinds:
             return True
+        if not kinds & {TaskEvent.TASK_SUCCEEDED, TaskEvent.TASK_FAILED}:
+            return False
         if not any(o.task_success or o.task_failure for o in self._observations.values()):
             return False
-        if self._policy == "abps" and self._entropy is None:
-            return False
         known = all(d.model_hash in self._states for d in self._decisions.values())
-        return known and set(self._decisions) >= set(self._observations)
+        believed = self._policy != "abps" or self._entropy is not None
+        return known and believed and set(self._decisions) >= set(self._observations)
 
     def decisions(self) -> list[Decision]:
         """Return the decisions in order."""
