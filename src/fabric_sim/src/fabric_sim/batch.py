@@ -12,6 +12,7 @@ from __future__ import annotations
 import multiprocessing
 import sys
 from collections.abc import Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -77,9 +78,10 @@ def run_job(job: Job) -> list[TaskResult]:
 def results_of(plan: Plan) -> Iterator[tuple[Job, list[TaskResult]]]:
     """Every job with its results, in the order of the list, spread over the processes."""
     jobs = plan.job_list()
-    # spawn: forked children would share the parent's threads half-way
-    with multiprocessing.get_context("spawn").Pool(min(plan.jobs, len(jobs))) as pool:
-        done = pool.imap(run_job, jobs)
+    # fork, before there are threads: a fresh interpreter does not find modules of a devel space
+    fork = multiprocessing.get_context("fork")
+    with ProcessPoolExecutor(min(plan.jobs, len(jobs)), mp_context=fork) as pool:
+        done = pool.map(run_job, jobs)
         yield from zip(jobs, tqdm(done, total=len(jobs), unit="run", leave=False), strict=True)
 
 
