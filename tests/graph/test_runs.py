@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Whole runs of sim.launch, as a user starts them: same seed, same results; Ctrl-C ends cleanly."""
+"""Whole runs of sim.launch: same seed, same results, with ROS or without; Ctrl-C ends cleanly."""
 
 from __future__ import annotations
 
@@ -7,13 +7,14 @@ import json
 import os
 import signal
 import subprocess
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
 
-from fabric_bringup import ports
+from fabric_bringup import arguments, ports
 
 DEADLINE = 240  # s, wall time for a whole run
 
@@ -51,14 +52,28 @@ def status(folder: Path) -> str:
     return json.loads((folder / "run.json").read_text())["status"]
 
 
-@pytest.mark.parametrize(("scenario", "tasks"), [("inspection", 3), ("sorting", 1)])
-def test_the_same_seed_gives_the_same_results_file(tmp_path, scenario, tasks):
-    words = (f"scenario:={scenario}", f"tasks:={tasks}", "seed:=3", "record:=false", "human:=mixed")
+def headless(folder: Path, *words: str) -> str:
+    """The results file of the same words through the headless runner."""
+    checked = arguments.parse("batch", [f"out_dir:={folder}", *words])
+    command = [sys.executable, "-m", "fabric_sim.batch"]
+    command += [f"{name}:={value}" for name, value in checked.items()]
+    subprocess.run(command, check=True, timeout=DEADLINE, stdout=subprocess.DEVNULL)
+    return (folder / "results.csv").read_text()
+
+
+def test_the_same_seed_gives_the_same_results_file(tmp_path):
     for name in ("first", "second"):
-        run(tmp_path / name, *words)
+        run(tmp_path / name, "tasks:=3", "seed:=3", "record:=false", "human:=mixed")
     first, second = ((tmp_path / name / "results.csv").read_text() for name in ("first", "second"))
     assert first == second
-    assert len(first.splitlines()) == 1 + tasks
+    assert len(first.splitlines()) == 4
+
+
+@pytest.mark.parametrize(("scenario", "tasks"), [("inspection", 4), ("sorting", 1)])
+def test_the_graph_and_the_headless_runner_give_the_same_results_file(tmp_path, scenario, tasks):
+    words = (f"scenario:={scenario}", f"tasks:={tasks}", "seed:=5", "human:=mixed")
+    run(tmp_path / "graph", *words, "record:=false")
+    assert (tmp_path / "graph/results.csv").read_text() == headless(tmp_path / "headless", *words)
 
 
 def test_a_run_ends_by_itself_with_a_table_and_closed_bags(tmp_path):
