@@ -155,6 +155,14 @@ def sensing(text: str) -> str:
     return one_of(("direct",))(text)
 
 
+def folder(text: str) -> str:
+    """Absolute path of a folder, which may be there; empty stays empty."""
+    path = os.path.abspath(os.path.expanduser(text)) if text else ""
+    if "\n" in path or (path and os.path.exists(path) and not os.path.isdir(path)):
+        raise ArgumentError("a folder, not a file")
+    return path
+
+
 def out_dir(text: str) -> str:
     """Absolute folder of the record; one that already holds a run is refused."""
     if not text or "\n" in text:
@@ -202,7 +210,11 @@ WORDS = (
     ),
     Word("policy", "proactive", "one or several as for sim, comma between", policies, ("batch",)),
     Word("seeds", "1", "how many runs a policy, with seeds from seed on", tasks, ("batch",)),
-    Word("jobs", "0", "processes; 0 is one a core", seed, ("batch",)),
+    Word("tasks", "30", "how many tasks a policy and type of person", tasks, ("train",)),
+    Word("seed", "1", "root of all randomness; same seed, same models", seed, ("train",)),
+    Word("scenario", "inspection", "inspection | sorting", one_of(SCENARIOS), ("train",)),
+    Word("out_dir", "", "folder of the models; empty is where ABPS looks", folder, ("train",)),
+    Word("jobs", "0", "processes; 0 is one a core", seed, ("batch", "train")),
     Word("sensing", "direct", "direct: labels with noise", sensing, ("sim",)),
     Word("speed", "max", "times real time, or max", speed, ("sim",)),
     Word("rviz", "false", "open the 3D view", boolean, ("sim",)),
