@@ -117,8 +117,8 @@ class ObservationAgent:
             self._subtask.grasp_ends(t)
 
     def _trigger(self, t: float, before: Behaviour | None, now: Behaviour) -> int | None:
-        """Say why a decision is due. Between two cubes only a warning makes it so: a person who
-        waits for the belt is neither idle nor distracted (6.2.4.1), and there is nothing to do.
+        """Say why a decision is due. Between two cubes only a warning and its end make it so: a
+        person who waits for the belt is neither idle nor distracted (6.2.4.1).
         """
         if not self._running:
             return None
@@ -126,7 +126,7 @@ class ObservationAgent:
         warned = before is not None and before.gesture == HumanActivity.WARN
         if self._started and warns and not warned:
             return Observation.TRIGGER_WARNING
-        if not self._subtask.active:
+        if not self._subtask.active and not (self._started and warned and not warns):
             return None
         if not self._started:
             return Observation.TRIGGER_START
