@@ -26,7 +26,7 @@ from fabric_planner.replay_report import (
     write_plot,
 )
 
-NAMED_POLICIES = ("proactive", "reactive")
+NAMED_POLICIES = ("proactive", "patient", "eager", "reactive")
 POLL = 0.2  # s, how often a wait looks whether the decision node is still there
 
 
