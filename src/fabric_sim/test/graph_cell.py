@@ -65,10 +65,14 @@ class Task:
         self.changed.notify_all()
 
     def _on_joints(self, message: JointState) -> None:
-        self.joints = message
+        with self.changed:
+            self.joints = message
+            self.changed.notify_all()
 
     def _on_tool(self, message: PoseStamped) -> None:
-        self.tool = message
+        with self.changed:
+            self.tool = message
+            self.changed.notify_all()
 
 
 class TestCell(unittest.TestCase):
@@ -80,6 +84,7 @@ class TestCell(unittest.TestCase):
         self.assertTrue(service("arm/clear_alarms", Command)().accepted)
         task.publish(TaskState.RUNNING)
         self.assertTrue(task.wait_for(lambda: task.stamps), "time does not run")
+        self.assertTrue(task.wait_for(lambda: task.joints and task.tool), "the arm says nothing")
         self.assertTrue(belt(0.1, False).accepted)
         self.assertTrue(task.wait_for(lambda: task.found), "no cube in a container")
         self.check_outcomes()
