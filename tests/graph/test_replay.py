@@ -120,10 +120,10 @@ def test_a_model_that_cannot_run_ends_the_replay_with_the_reason(tmp_path, trial
 
 def test_the_death_of_the_decision_node_ends_the_replay_with_a_sentence(tmp_path, trial):
     with replaying(tmp_path / "out", trial, "speed:=1") as process:
-        told = ""
-        while " task_assigned_to_human " not in told:
+        told, pid = "", None
+        while pid is None or " task_assigned_to_human " not in told:  # they come in either order
             told += process.stdout.readline() or pytest.fail(told)
-        pid = re.search(r"process\[decision-\d+\]: started with pid \[(\d+)\]", told)
+            pid = re.search(r"process\[decision-\d+\]: started with pid \[(\d+)\]", told)
         os.kill(int(pid.group(1)), signal.SIGKILL)
         rest, _ = process.communicate(timeout=DEADLINE)
     assert "the decision node died" in rest
