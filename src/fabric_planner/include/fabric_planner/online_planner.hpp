@@ -6,6 +6,7 @@
 #include <mutex>
 
 #include "fabric_planner/bounds.hpp"
+#include "fabric_planner/decision.hpp"
 #include "fabric_planner/pomdp.hpp"
 
 namespace fabric::planner {
@@ -14,26 +15,6 @@ struct PlannerOptions {
   double deadline = 0.5;  ///< s of steady time a decision may take, >= 0
   double gap = 1e-3;      ///< upper minus lower bound at which a decision is good enough, >= 0
   int max_nodes = 5000;   ///< beliefs one decision may expand, >= 0
-};
-
-enum class EndedBy {
-  GAP,      ///< the bounds met
-  NODES,    ///< max_nodes beliefs were expanded
-  DEADLINE  ///< time was up
-};
-
-struct Decision {
-  int action = 0;
-  double value = 0.0;          ///< of the action, at its lower bound
-  double lower_bound = 0.0;    ///< of the optimal value at the belief
-  double upper_bound = 0.0;    ///< of the optimal value at the belief
-  int runner_up = -1;          ///< second best action, -1 when there is only one
-  double runner_up_gap = 0.0;  ///< value lost by taking it, by lower bounds; >= 0
-  int nodes = 0;               ///< beliefs expanded
-  double planning_time = 0.0;  ///< s
-  bool deadline_missed = false;
-  bool fallback_used = false;  ///< nothing was searched; the offline policy answered
-  EndedBy ended_by = EndedBy::GAP;
 };
 
 class SearchTree;
