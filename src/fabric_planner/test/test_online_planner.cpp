@@ -31,7 +31,7 @@ double tryEverything(const Pomdp& m, const Eigen::VectorXd& belief, int steps) {
     double value = m.R().row(a).dot(belief);
     const Eigen::VectorXd predicted = m.T(a).transpose() * belief;
     for (int o = 0; o < m.numObservations(); ++o) {
-      const Eigen::VectorXd joint = predicted.cwiseProduct(m.O(a).col(o));
+      const Eigen::VectorXd joint = predicted.cwiseProduct(Eigen::VectorXd(m.O(a).col(o)));
       const double probability = joint.sum();
       if (probability <= 0.0) continue;
       value += m.discount() * probability * tryEverything(m, joint / probability, steps - 1);

@@ -23,7 +23,8 @@ using Indices = py::array_t<int, py::array::c_style | py::array::forcecast>;
 
 std::shared_ptr<Pomdp> makePomdp(Names states, Names actions, Names observations, const Array& T,
                                  const Array& O, const Eigen::MatrixXd& R, double discount,
-                                 const Eigen::VectorXd& initial_belief, std::string name) {
+                                 const Eigen::VectorXd& initial_belief, std::string name,
+                                 const std::optional<Flags>& allowed) {
   PomdpTables tables;
   tables.name = std::move(name);
   tables.states = std::move(states);
@@ -34,13 +35,14 @@ std::shared_ptr<Pomdp> makePomdp(Names states, Names actions, Names observations
   tables.R = R;
   tables.discount = discount;
   tables.initial_belief = initial_belief;
-  return std::make_shared<Pomdp>(std::move(tables));
+  if (allowed) tables.allowed = *allowed;
+  return std::make_shared<Pomdp>(tables);
 }
 
-template <const Eigen::MatrixXd& (Pomdp::*table)(int) const>
-Array tables(const Pomdp& model) {
+template <typename Table>
+Array written(const Pomdp& model, const Table& (Pomdp::*table)(int) const) {
   std::vector<Eigen::MatrixXd> all;
-  for (int a = 0; a < model.numActions(); ++a) all.push_back((model.*table)(a));
+  for (int a = 0; a < model.numActions(); ++a) all.emplace_back((model.*table)(a).toDense());
   return toArray(all);
 }
 
@@ -57,10 +59,12 @@ void bindModel(py::module_& module) {
       module, "Pomdp",
       "A tabular POMDP, checked when made and immutable afterwards. Properties return copies.")
       .def(py::init(&makePomdp), "states"_a, "actions"_a, "observations"_a, "T"_a, "O"_a, "R"_a,
-           "discount"_a, "initial_belief"_a, "name"_a = "model",
+           "discount"_a, "initial_belief"_a, "name"_a = "model", "allowed"_a = py::none(),
            "T: (A, S, S') P(s'|s,a); O: (A, S', O) P(o|a,s'); R: (A, S) expected reward;\n"
-           "discount in (0, 1]; initial_belief: (S,), sums to 1. Raises ModelError naming the\n"
-           "element, row and value that is not acceptable.")
+           "discount in (0, 1]; initial_belief: (S,), sums to 1; allowed: (A, S) bool, which\n"
+           "actions may be taken, None for all. Raises ModelError naming the element, row and "
+           "value\n"
+           "that is not acceptable.")
       .def_property_readonly("name", &Pomdp::name)
       .def_property_readonly("states", &Pomdp::states)
       .def_property_readonly("actions", &Pomdp::actions)
@@ -71,11 +75,18 @@ void bindModel(py::module_& module) {
       .def_property_readonly("discount", &Pomdp::discount)
       .def_property_readonly("initial_belief",
                              [](const Pomdp& m) { return Eigen::VectorXd(m.initialBelief()); })
-      .def_property_readonly("transition", &tables<&Pomdp::T>, "(A, S, S'): P(s' | s, a)")
-      .def_property_readonly("observation", &tables<&Pomdp::O>, "(A, S', O): P(o | a, s')")
+      .def_property_readonly(
+          "transition", [](const Pomdp& m) { return written(m, &Pomdp::T); },
+          "(A, S, S'): P(s' | s, a)")
+      .def_property_readonly(
+          "observation", [](const Pomdp& m) { return written(m, &Pomdp::O); },
+          "(A, S', O): P(o | a, s')")
       .def_property_readonly(
           "reward", [](const Pomdp& m) { return RowMajor(m.R()); },
           "(A, S): expected immediate reward")
+      .def_property_readonly(
+          "allowed", [](const Pomdp& m) { return Flags(m.allowed()); },
+          "(A, S) bool; (0, 0) when every action may be taken everywhere")
       .def_property_readonly("fully_observable", &Pomdp::fullyObservable)
       .def_property_readonly("terminal", &terminal,
                              "(S,) bool: absorbing under every action and without reward")

@@ -34,7 +34,7 @@ Pomdp asPomdp(const Array& T, const Eigen::MatrixXd& R, double discount) {
   tables.discount = discount;
   tables.initial_belief =
       Eigen::VectorXd::Constant(T.shape(1), 1.0 / static_cast<double>(T.shape(1)));
-  return Pomdp(std::move(tables));
+  return Pomdp(tables);
 }
 
 template <AlphaVectors (*solve)(const Pomdp&)>

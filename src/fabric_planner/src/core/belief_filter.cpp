@@ -27,7 +27,7 @@ void BeliefFilter::reset(const Eigen::VectorXd& belief) {
 UpdateStatus BeliefFilter::update(int action, int observation) {
   model_->checkAction(action);
   model_->checkObservation(observation);
-  const auto likelihood = model_->O(action).col(observation);
+  const Eigen::VectorXd likelihood = model_->O(action).col(observation);
   predicted_.noalias() = model_->T(action).transpose() * belief_;
   belief_ = predicted_.cwiseProduct(likelihood);
   const double probability = belief_.sum();

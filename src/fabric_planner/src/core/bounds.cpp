@@ -31,7 +31,8 @@ Eigen::MatrixXd informedSweep(const Pomdp& m, const Eigen::MatrixXd& Q) {
   for (int a = 0; a < m.numActions(); ++a) {
     Eigen::VectorXd future = Eigen::VectorXd::Zero(m.numStates());
     for (int o = 0; o < m.numObservations(); ++o) {
-      const Eigen::MatrixXd weighted = m.O(a).col(o).asDiagonal() * Q.transpose();
+      const Eigen::VectorXd likelihood = m.O(a).col(o);
+      const Eigen::MatrixXd weighted = likelihood.asDiagonal() * Q.transpose();
       future += (m.T(a) * weighted).rowwise().maxCoeff();
     }
     next.row(a) += m.discount() * future.transpose();
@@ -44,7 +45,8 @@ Eigen::VectorXd blindValue(const Pomdp& m, int action) {
   const int n = m.numStates();
   const Eigen::VectorXd reward = m.R().row(action).transpose();
   if (n <= SMALL_ENOUGH_FOR_LU) {
-    const Eigen::MatrixXd system = Eigen::MatrixXd::Identity(n, n) - m.discount() * m.T(action);
+    const Eigen::MatrixXd system =
+        Eigen::MatrixXd::Identity(n, n) - m.discount() * m.T(action).toDense();
     return system.partialPivLu().solve(reward);
   }
   Eigen::VectorXd V = Eigen::VectorXd::Constant(n, reward.minCoeff() / (1.0 - m.discount()));

@@ -19,7 +19,7 @@ double backedUp(const Pomdp& m, const PointUpperBound& bound, const Eigen::Vecto
     const Eigen::VectorXd predicted = m.T(a).transpose() * belief;
     double future = 0.0;
     for (int o = 0; o < m.numObservations(); ++o) {
-      joint = predicted.cwiseProduct(m.O(a).col(o));
+      joint = predicted.cwiseProduct(Eigen::VectorXd(m.O(a).col(o)));
       if (joint.sum() > 0.0) future += bound.value(joint);
     }
     best = std::max(best, m.R().row(a).dot(belief) + m.discount() * future);

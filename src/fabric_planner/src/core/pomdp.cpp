@@ -31,7 +31,8 @@ void checkNames(const std::string& where, const std::string& kind, const Names& 
   }
 }
 
-void checkShape(const std::string& where, const std::string& element, const Eigen::MatrixXd& table,
+template <typename Table>
+void checkShape(const std::string& where, const std::string& element, const Table& table,
                 size_t rows, size_t cols) {
   if (static_cast<size_t>(table.rows()) == rows && static_cast<size_t>(table.cols()) == cols) {
     return;
@@ -47,34 +48,78 @@ void checkFinite(const std::string& where, const std::string& place, double valu
   if (std::isinf(value)) refuse(where, place + " is infinite");
 }
 
-/// Checks one distribution, "place" being e.g. "T[grasp] row NeedsHelp"; rescales it if needed.
-template <typename Row>
-void checkDistribution(const std::string& where, const std::string& place, const Names& columns,
-                       Row row) {
-  for (Eigen::Index i = 0; i < row.size(); ++i) {
-    const auto column = [&] { return place + " column " + columns[static_cast<size_t>(i)]; };
-    if (!std::isfinite(row(i))) checkFinite(where, column(), row(i));
-    if (row(i) < 0.0 || row(i) > 1.0 + ROW_TOLERANCE) {
-      refuse(where, column() + " is " + text(row(i)) + ", not a probability");
+/// Names the place of a number, e.g. "T[grasp] row NeedsHelp column Success".
+template <typename Place>
+void checkProbability(const std::string& where, double value, const Place& place) {
+  if (!std::isfinite(value)) checkFinite(where, place(), value);
+  if (value < 0.0 || value > 1.0 + ROW_TOLERANCE) {
+    refuse(where, place() + " is " + text(value) + ", not a probability");
+  }
+}
+
+/// What a row has to be divided by, 1 when it is near enough.
+template <typename Place>
+double checkedSum(const std::string& where, double sum, const Place& place) {
+  if (std::abs(sum - 1.0) > ROW_TOLERANCE) {
+    refuse(where, place() + " sums to " + text(sum) + ", not 1");
+  }
+  return std::abs(sum - 1.0) > EXACT_ENOUGH ? sum : 1.0;
+}
+
+/// The entries of a dense table that are not zero; NaN counts as such.
+template <typename Sparse>
+std::vector<Sparse> withoutZeros(const std::vector<Eigen::MatrixXd>& tables) {
+  std::vector<Sparse> all;
+  for (const auto& table : tables) {
+    std::vector<Eigen::Triplet<double>> entries;
+    for (int s = 0; s < table.rows(); ++s) {
+      for (int i = 0; i < table.cols(); ++i) {
+        if (table(s, i) != 0.0) entries.emplace_back(s, i, table(s, i));
+      }
+    }
+    all.emplace_back(table.rows(), table.cols());
+    all.back().setFromTriplets(entries.begin(), entries.end());
+  }
+  return all;
+}
+
+/// Checks every row of a table; rescales those that need it.
+template <typename Sparse>
+void checkRows(const std::string& where, const std::string& element, const Names& rows,
+               const Names& columns, Sparse& table) {
+  checkShape(where, element, table, rows.size(), columns.size());
+  table.makeCompressed();
+  const auto row = [&](Eigen::Index s) { return element + " row " + rows[static_cast<size_t>(s)]; };
+  Eigen::VectorXd sums = Eigen::VectorXd::Zero(table.rows());
+  for (Eigen::Index outer = 0; outer < table.outerSize(); ++outer) {
+    for (typename Sparse::InnerIterator it(table, outer); it; ++it) {
+      checkProbability(where, it.value(), [&] {
+        return row(it.row()) + " column " + columns[static_cast<size_t>(it.col())];
+      });
+      sums(it.row()) += it.value();
     }
   }
-  const double sum = row.sum();
-  if (std::abs(sum - 1.0) > ROW_TOLERANCE) {
-    refuse(where, place + " sums to " + text(sum) + ", not 1");
-  }
-  if (std::abs(sum - 1.0) > EXACT_ENOUGH) row /= sum;
-}
-
-void checkRows(const std::string& where, const std::string& element, const Names& rows,
-               const Names& columns, Eigen::MatrixXd& table) {
-  checkShape(where, element, table, rows.size(), columns.size());
   for (Eigen::Index s = 0; s < table.rows(); ++s) {
-    checkDistribution(where, element + " row " + rows[static_cast<size_t>(s)], columns,
-                      table.row(s));
+    sums(s) = checkedSum(where, sums(s), [&] { return row(s); });
+  }
+  for (Eigen::Index outer = 0; outer < table.outerSize(); ++outer) {
+    for (typename Sparse::InnerIterator it(table, outer); it; ++it) {
+      it.valueRef() /= sums(it.row());
+    }
+  }
+  table.prune([](Eigen::Index, Eigen::Index, double value) { return value != 0.0; });
+}
+
+void checkAllowed(const PomdpFrame& m) {
+  if (m.allowed.size() == 0) return;
+  checkShape(m.name, "allowed", m.allowed, m.actions.size(), m.states.size());
+  for (Eigen::Index s = 0; s < m.allowed.cols(); ++s) {
+    if (m.allowed.col(s).any()) continue;
+    refuse(m.name, "allowed: state " + m.states[static_cast<size_t>(s)] + " allows no action");
   }
 }
 
-void checkTables(PomdpTables& m) {
+void checkTables(SparseTables& m) {
   if (m.T.size() != m.actions.size() || m.O.size() != m.actions.size()) {
     refuse(m.name, "T and O need one table for each of the " + std::to_string(m.actions.size()) +
                        " actions, not " + std::to_string(m.T.size()) + " and " +
@@ -87,34 +132,44 @@ void checkTables(PomdpTables& m) {
   checkShape(m.name, "R", m.R, m.actions.size(), m.states.size());
   for (size_t a = 0; a < m.actions.size(); ++a) {
     for (size_t s = 0; s < m.states.size(); ++s) {
-      checkFinite(m.name, "R[" + m.actions[a] + "] at " + m.states[s], m.R(a, s));
+      const double reward = m.R(static_cast<Eigen::Index>(a), static_cast<Eigen::Index>(s));
+      if (std::isfinite(reward)) continue;
+      checkFinite(m.name, "R[" + m.actions[a] + "] at " + m.states[s], reward);
     }
   }
+  checkAllowed(m);
 }
 
 /// True when no observation symbol can come from two states.
-bool tellsTheState(const PomdpTables& m) {
+bool tellsTheState(const SparseTables& m) {
   std::vector<Eigen::Index> source(m.observations.size(), -1);
   for (const auto& table : m.O) {
     for (Eigen::Index o = 0; o < table.cols(); ++o) {
-      for (Eigen::Index s = 0; s < table.rows(); ++s) {
-        auto& known = source[static_cast<size_t>(o)];
-        if (table(s, o) <= 0.0 || known == s) continue;
-        if (known >= 0) return false;
-        known = s;
+      auto& known = source[static_cast<size_t>(o)];
+      for (SparseColumns::InnerIterator it(table, o); it; ++it) {
+        if (known >= 0 && known != it.row()) return false;
+        known = it.row();
       }
     }
   }
   return true;
 }
 
-bool isTerminal(const PomdpTables& m, Eigen::Index s) {
+bool isTerminal(const SparseTables& m, Eigen::Index s) {
   for (size_t a = 0; a < m.actions.size(); ++a) {
-    if (m.T[a](s, s) < 1.0 - EXACT_ENOUGH || m.R(static_cast<Eigen::Index>(a), s) != 0.0) {
+    if (m.T[a].coeff(s, s) < 1.0 - EXACT_ENOUGH || m.R(static_cast<Eigen::Index>(a), s) != 0.0) {
       return false;
     }
   }
   return true;
+}
+
+SparseTables sparse(const PomdpTables& tables) {
+  SparseTables result;
+  static_cast<PomdpFrame&>(result) = tables;
+  result.T = withoutZeros<SparseRows>(tables.T);
+  result.O = withoutZeros<SparseColumns>(tables.O);
+  return result;
 }
 
 int indexOf(const std::string& where, const std::string& kind, const Names& names,
@@ -126,7 +181,9 @@ int indexOf(const std::string& where, const std::string& kind, const Names& name
 
 }  // namespace
 
-Pomdp::Pomdp(PomdpTables tables) : tables_(std::move(tables)) {
+Pomdp::Pomdp(const PomdpTables& tables) : Pomdp(sparse(tables)) {}
+
+Pomdp::Pomdp(SparseTables tables) : tables_(std::move(tables)) {
   checkNames(tables_.name, "states", tables_.states);
   checkNames(tables_.name, "actions", tables_.actions);
   checkNames(tables_.name, "observations", tables_.observations);
@@ -169,9 +226,16 @@ Eigen::VectorXd Pomdp::checkedBelief(const Eigen::VectorXd& belief) const {
     refuse(tables_.name, "belief has " + std::to_string(belief.size()) + " entries for " +
                              std::to_string(numStates()) + " states");
   }
-  Eigen::VectorXd checked = belief;
-  checkDistribution<Eigen::Ref<Eigen::VectorXd>>(tables_.name, "belief", tables_.states, checked);
-  return checked;
+  for (Eigen::Index s = 0; s < belief.size(); ++s) {
+    checkProbability(tables_.name, belief(s),
+                     [&] { return "belief column " + tables_.states[static_cast<size_t>(s)]; });
+  }
+  return belief / checkedSum(tables_.name, belief.sum(), [] { return std::string("belief"); });
+}
+
+bool Pomdp::isAllowed(int action, const Eigen::Ref<const Eigen::VectorXd>& belief) const {
+  if (tables_.allowed.size() == 0) return true;
+  return (tables_.allowed.row(action).transpose() || belief.array() == 0.0).all();
 }
 
 }  // namespace fabric::planner

@@ -57,7 +57,10 @@ void endTable(XMLPrinter& xml) {
 bool observedAsItIs(const Pomdp& model) {
   if (model.observations() != model.states()) return false;
   for (int a = 0; a < model.numActions(); ++a) {
-    if (!model.O(a).isIdentity(0.0)) return false;
+    if (model.O(a).nonZeros() != model.numStates()) return false;
+    for (int s = 0; s < model.numStates(); ++s) {
+      if (model.O(a).coeff(s, s) != 1.0) return false;
+    }
   }
   return true;
 }
@@ -87,10 +90,10 @@ void writeVariables(XMLPrinter& xml, const Pomdp& model, bool observed) {
 }
 
 void writeRows(XMLPrinter& xml, const Pomdp& model, const std::string& action,
-               const Eigen::MatrixXd& table) {
+               const SparseRows& table) {
   for (Eigen::Index s = 0; s < table.rows(); ++s) {
     entry(xml, action + " " + model.states()[static_cast<size_t>(s)] + " -", "ProbTable",
-          numbers(table.row(s)));
+          numbers(Eigen::RowVectorXd(table.row(s))));
   }
 }
 
@@ -106,7 +109,7 @@ void writeTables(XMLPrinter& xml, const Pomdp& model, bool observed) {
   if (!observed) {
     beginTable(xml, "ObsFunction", "CondProb", "observation", "action state_1");
     for (int a = 0; a < model.numActions(); ++a) {
-      writeRows(xml, model, model.actions()[static_cast<size_t>(a)], model.O(a));
+      writeRows(xml, model, model.actions()[static_cast<size_t>(a)], SparseRows(model.O(a)));
     }
     endTable(xml);
   }

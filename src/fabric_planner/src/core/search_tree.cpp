@@ -72,7 +72,7 @@ void SearchTree::placeBelief(int index) {
   const int parent_slot = nodes_[static_cast<size_t>(branch.node)].slot;
   auto belief = beliefs_.col(expanded_);
   belief.noalias() = m_.T(action).transpose() * beliefs_.col(parent_slot);
-  belief.array() *= m_.O(action).col(node.observation).array();
+  belief.array() *= Eigen::ArrayXd(Eigen::VectorXd(m_.O(action).col(node.observation)));
   belief /= belief.sum();
 }
 
