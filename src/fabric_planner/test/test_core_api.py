@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The Python side of the planner core."""
 
+import gc
 import subprocess
 import sys
 import threading
@@ -8,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import scipy.sparse
 
 import fabric_planner as fp
 from fabric_planner.bench import tiger
@@ -33,15 +35,69 @@ def test_a_model_from_arrays_equals_the_one_from_the_file():
         np.testing.assert_array_equal(getattr(ours, name), getattr(file, name))
 
 
-def test_arrays_handed_out_are_copies():
+def test_reward_and_initial_belief_are_read_only_views_that_keep_the_model_alive():
+    model = tiger()
+    for name in ("reward", "initial_belief"):
+        view = getattr(model, name)
+        assert np.shares_memory(view, getattr(model, name)), name
+        assert not view.flags.writeable and not view.flags.owndata, name
+        with pytest.raises(ValueError, match="read-only"):
+            view[...] = 7.0
+    reward, belief = model.reward, model.initial_belief
+    del model
+    gc.collect()
+    assert reward.max() == 10.0 and belief.tolist() == [0.5, 0.5]
+
+
+def test_other_arrays_handed_out_are_copies():
     model = fp.load_pomdpx(TIGER)
     belief_filter = fp.BeliefFilter(model)
-    for array in (model.transition, model.reward, model.initial_belief, belief_filter.belief):
+    for array in (model.transition, model.observation, belief_filter.belief):
         array[...] = 7.0
-    assert model.transition.max() == 1.0
-    assert model.reward.max() == 10.0
-    assert model.initial_belief.sum() == 1.0
+    assert model.transition.max() == model.observation[1:].max() * 2 == 1.0
     assert belief_filter.belief.sum() == 1.0
+
+
+def test_sparse_tables_are_the_dense_ones_without_zeros():
+    model = fp.load_pomdpx(shipped_models()[0])
+    for action in range(model.n_actions):
+        transition, observation = model.transition_sparse(action), model.observation_sparse(action)
+        assert scipy.sparse.isspmatrix_csr(transition)
+        assert scipy.sparse.isspmatrix_csc(observation)
+        np.testing.assert_array_equal(transition.toarray(), model.transition[action])
+        np.testing.assert_array_equal(observation.toarray(), model.observation[action])
+        assert (transition.data != 0.0).all() and (observation.data != 0.0).all()
+    with pytest.raises(IndexError, match="action 99"):
+        model.transition_sparse(99)
+
+
+def from_tables(model, transition, observation):
+    return fp.Pomdp(
+        model.states, model.actions, model.observations, transition, observation, model.reward,
+        model.discount, model.initial_belief,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("made", [scipy.sparse.csr_matrix, scipy.sparse.coo_matrix])
+def test_a_model_from_sparse_tables_equals_the_dense_one(made):
+    model = fp.load_pomdpx(shipped_models()[0])
+    ours = from_tables(
+        model, [made(t) for t in model.transition], [made(o) for o in model.observation]
+    )
+    np.testing.assert_array_equal(ours.transition, model.transition)
+    np.testing.assert_array_equal(ours.observation, model.observation)
+
+
+def test_bad_sparse_tables_are_refused_by_row_or_shape():
+    model = tiger()
+    rows = [scipy.sparse.csr_matrix(t) for t in model.transition]
+    rows[2].data[0] = np.nan
+    with pytest.raises(fp.ModelError, match=r"T\[open_right\] row left column left is NaN"):
+        from_tables(model, rows, model.observation)
+    with pytest.raises(fp.ModelError, match=r"T\[listen\] is 1 x 2, expected 2 x 2"):
+        from_tables(model, [r[:1] for r in rows], model.observation)
+    with pytest.raises(fp.ModelError, match="T is no array of numbers"):
+        from_tables(model, "left", model.observation)
 
 
 def test_model_error_is_a_value_error_that_names_the_place():

@@ -21,22 +21,55 @@ namespace {
 using Names = std::vector<std::string>;
 using Indices = py::array_t<int, py::array::c_style | py::array::forcecast>;
 
-std::shared_ptr<Pomdp> makePomdp(Names states, Names actions, Names observations, const Array& T,
-                                 const Array& O, const Eigen::MatrixXd& R, double discount,
-                                 const Eigen::VectorXd& initial_belief, std::string name,
-                                 const std::optional<Flags>& allowed) {
-  PomdpTables tables;
+bool isListOfSparse(const py::object& given) {
+  const bool is_list = py::isinstance<py::list>(given) || py::isinstance<py::tuple>(given);
+  return is_list && py::len(given) > 0 && py::hasattr(given[py::int_(0)], "tocsr");
+}
+
+/// One sparse table an action, from an array (A, rows, columns) or a list of A SciPy matrices.
+template <typename Table>
+std::vector<Table> toTables(const py::object& given, const std::string& element) {
+  std::vector<Table> tables;
+  if (isListOfSparse(given)) {
+    for (const auto& matrix : given) {
+      const py::object rows = matrix.attr("tocsr")("copy"_a = true);
+      rows.attr("check_format")(true);
+      rows.attr("sum_duplicates")();
+      tables.push_back(py::cast<Table>(rows));
+    }
+    return tables;
+  }
+  const auto array = Array::ensure(given);
+  if (!array) throw ModelError(element + " is no array of numbers");
+  for (const auto& dense : toMatrices(array, element)) {
+    tables.emplace_back(dense.sparseView(0.0, 0.0));
+  }
+  return tables;
+}
+
+std::shared_ptr<Pomdp> makePomdp(Names states, Names actions, Names observations,
+                                 const py::object& T, const py::object& O, const Eigen::MatrixXd& R,
+                                 double discount, const Eigen::VectorXd& initial_belief,
+                                 std::string name, const std::optional<Flags>& allowed) {
+  SparseTables tables;
   tables.name = std::move(name);
   tables.states = std::move(states);
   tables.actions = std::move(actions);
   tables.observations = std::move(observations);
-  tables.T = toMatrices(T, "T");
-  tables.O = toMatrices(O, "O");
+  tables.T = toTables<SparseRows>(T, "T");
+  tables.O = toTables<SparseColumns>(O, "O");
   tables.R = R;
   tables.discount = discount;
   tables.initial_belief = initial_belief;
   if (allowed) tables.allowed = *allowed;
-  return std::make_shared<Pomdp>(tables);
+  py::gil_scoped_release release;
+  return std::make_shared<Pomdp>(std::move(tables));
+}
+
+template <typename Table>
+Table sparse(const Pomdp& model, int action, const Table& (Pomdp::*table)(int) const) {
+  model.checkAction(action);
+  return (model.*table)(action);
 }
 
 template <typename Table>
@@ -57,10 +90,12 @@ py::array_t<bool> terminal(const Pomdp& model) {
 void bindModel(py::module_& module) {
   py::class_<Pomdp, std::shared_ptr<Pomdp>>(
       module, "Pomdp",
-      "A tabular POMDP, checked when made and immutable afterwards. Properties return copies.")
+      "A tabular POMDP, checked when made and immutable afterwards. reward and initial_belief\n"
+      "are read-only views that keep the model alive; everything else is a copy.")
       .def(py::init(&makePomdp), "states"_a, "actions"_a, "observations"_a, "T"_a, "O"_a, "R"_a,
            "discount"_a, "initial_belief"_a, "name"_a = "model", "allowed"_a = py::none(),
-           "T: (A, S, S') P(s'|s,a); O: (A, S', O) P(o|a,s'); R: (A, S) expected reward;\n"
+           "T: (A, S, S') P(s'|s,a); O: (A, S', O) P(o|a,s'), each an array or a list of A SciPy\n"
+           "sparse matrices; R: (A, S) expected reward;\n"
            "discount in (0, 1]; initial_belief: (S,), sums to 1; allowed: (A, S) bool, which\n"
            "actions may be taken, None for all. Raises ModelError naming the element, row and "
            "value\n"
@@ -73,17 +108,23 @@ void bindModel(py::module_& module) {
       .def_property_readonly("n_actions", &Pomdp::numActions)
       .def_property_readonly("n_observations", &Pomdp::numObservations)
       .def_property_readonly("discount", &Pomdp::discount)
-      .def_property_readonly("initial_belief",
-                             [](const Pomdp& m) { return Eigen::VectorXd(m.initialBelief()); })
+      .def_property_readonly("initial_belief", &Pomdp::initialBelief, "(S,), a read-only view")
       .def_property_readonly(
           "transition", [](const Pomdp& m) { return written(m, &Pomdp::T); },
           "(A, S, S'): P(s' | s, a)")
       .def_property_readonly(
           "observation", [](const Pomdp& m) { return written(m, &Pomdp::O); },
           "(A, S', O): P(o | a, s')")
-      .def_property_readonly(
-          "reward", [](const Pomdp& m) { return RowMajor(m.R()); },
-          "(A, S): expected immediate reward")
+      .def(
+          "transition_sparse",
+          [](const Pomdp& m, int action) { return sparse(m, action, &Pomdp::T); }, "action"_a,
+          "(S, S') scipy.sparse.csr_matrix of one action; raises IndexError for others.")
+      .def(
+          "observation_sparse",
+          [](const Pomdp& m, int action) { return sparse(m, action, &Pomdp::O); }, "action"_a,
+          "(S', O) scipy.sparse.csc_matrix of one action; raises IndexError for others.")
+      .def_property_readonly("reward", &Pomdp::R,
+                             "(A, S): expected immediate reward, a read-only view")
       .def_property_readonly(
           "allowed", [](const Pomdp& m) { return Flags(m.allowed()); },
           "(A, S) bool; (0, 0) when every action may be taken everywhere")
