@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <pybind11/eigen.h>
 #include <pybind11/stl.h>
-#include <pybind11/stl/filesystem.h>
 
 #include <memory>
 #include <optional>
@@ -10,7 +9,6 @@
 #include "bindings.hpp"
 #include "fabric_planner/belief_filter.hpp"
 #include "fabric_planner/pomdp.hpp"
-#include "fabric_planner/pomdpx.hpp"
 
 namespace py = pybind11;
 using py::literals::operator""_a;
@@ -190,21 +188,6 @@ void bindPomdp(py::module_& module) {
   py::register_exception<ModelError>(module, "ModelError", PyExc_ValueError);
   bindModel(module);
   bindFilter(module);
-  module.def(
-      "load_pomdpx",
-      [](const std::filesystem::path& path, bool normalise) {
-        py::gil_scoped_release release;
-        return std::make_shared<Pomdp>(loadPomdpx(path.string(), normalise));
-      },
-      "path"_a, "normalise"_a = false,
-      "Reads a POMDPX file. Raises ModelError naming file, line, element, row and token.");
-  module.def(
-      "save_pomdpx",
-      [](const Pomdp& model, const std::filesystem::path& path) {
-        py::gil_scoped_release release;
-        savePomdpx(model, path.string());
-      },
-      "model"_a, "path"_a, "Writes a POMDPX file with all digits of every number.");
 }
 
 }  // namespace fabric::planner

@@ -7,6 +7,7 @@ namespace fabric::planner {
 
 // One function a binding file; each adds its classes to the module.
 void bindPomdp(pybind11::module_& module);
+void bindFiles(pybind11::module_& module);
 void bindSolvers(pybind11::module_& module);
 void bindPlanner(pybind11::module_& module);
 void bindDecision(pybind11::module_& module);

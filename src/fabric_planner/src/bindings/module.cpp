@@ -4,6 +4,7 @@
 PYBIND11_MODULE(_core, module) {
   module.doc() = "Planner core of FABRIC (C++); use `import fabric_planner`.";
   fabric::planner::bindPomdp(module);
+  fabric::planner::bindFiles(module);
   fabric::planner::bindSolvers(module);
   fabric::planner::bindPlanner(module);
   fabric::planner::bindDecision(module);

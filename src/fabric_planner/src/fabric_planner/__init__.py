@@ -4,6 +4,7 @@
 from fabric_planner._core import (
     ActionEnd,
     AgentDecision,
+    AlphaVectors,
     BeliefFilter,
     CommandKind,
     Decision,
@@ -35,6 +36,7 @@ from fabric_planner._core import (
 __all__ = [
     "ActionEnd",
     "AgentDecision",
+    "AlphaVectors",
     "BeliefFilter",
     "CommandKind",
     "Decision",
