@@ -9,6 +9,8 @@
 
 namespace fabric::planner {
 
+class PaddedModel;
+
 enum class UpdateStatus {
   OK,         ///< Bayes' rule
   RECOVERED,  ///< the observation was impossible under the belief; the rule of BeliefFilter held
@@ -21,7 +23,8 @@ enum class UpdateStatus {
 ///   1. the states from which it can come take over, b'(s') = O(a, s', o) / sum_s O(a, s, o),
 ///      which is Bayes' rule with a uniform prediction: what was believed before was wrong;
 ///   2. if it can come from no state at all, the prediction T'b stays: nothing was learnt.
-/// Both are counted in recoveries() and told to the caller. The belief always sums to 1.
+/// Both are counted in recoveries() and told to the caller. The belief always sums to 1. No update
+/// but a recovery allocates memory. Not for several threads at once.
 class BeliefFilter {
  public:
   explicit BeliefFilter(std::shared_ptr<const Pomdp> model);
@@ -41,9 +44,15 @@ class BeliefFilter {
   [[nodiscard]] const Pomdp& model() const { return *model_; }
 
  private:
+  double jointPadded(int action, int observation);
+  double jointSparse(int action, int observation);
+  void recover(int action, int observation);
+
   std::shared_ptr<const Pomdp> model_;
-  Eigen::VectorXd belief_;
-  Eigen::VectorXd predicted_;
+  std::shared_ptr<const PaddedModel> padded_;  ///< of a small model, else none
+  Eigen::VectorXd belief_;                     ///< (S,)
+  Eigen::VectorXd predicted_;                  ///< (S,) and lanes to fill up: P(s' | b, a)
+  Eigen::VectorXd joint_;                      ///< the same: P(s', o | b, a)
   std::uint64_t recoveries_ = 0;
 };
 

@@ -22,7 +22,7 @@ void bindOptions(py::module_& module) {
            "deadline"_a = PlannerOptions{}.deadline, "gap"_a = PlannerOptions{}.gap,
            "max_nodes"_a = PlannerOptions{}.max_nodes,
            "deadline: s a decision may take; gap: upper minus lower bound that is good enough;\n"
-           "max_nodes: beliefs a decision may expand. All >= 0.")
+           "max_nodes: expanded beliefs the tree may hold. All >= 0.")
       .def_readwrite("deadline", &PlannerOptions::deadline)
       .def_readwrite("gap", &PlannerOptions::gap)
       .def_readwrite("max_nodes", &PlannerOptions::max_nodes);
@@ -40,12 +40,32 @@ void bindDecisionResult(py::module_& module) {
       .def_readonly("upper_bound", &Decision::upper_bound, "of the optimal value")
       .def_readonly("runner_up", &Decision::runner_up, "second best action, -1 when none")
       .def_readonly("runner_up_gap", &Decision::runner_up_gap, "value lost by taking it")
-      .def_readonly("nodes", &Decision::nodes, "beliefs expanded")
+      .def_readonly("nodes", &Decision::nodes, "expanded beliefs of the tree")
+      .def_readonly("kept_nodes", &Decision::kept_nodes,
+                    "those of them that were kept from the step before")
       .def_readonly("planning_time", &Decision::planning_time, "s")
       .def_readonly("deadline_missed", &Decision::deadline_missed)
       .def_readonly("fallback_used", &Decision::fallback_used,
                     "nothing was searched; the offline policy answered")
       .def_readonly("ended_by", &Decision::ended_by);
+}
+
+/// One dict an entry, in the order of OnlinePlanner::tree.
+py::list treeOf(const OnlinePlanner& planner, int max_depth, double min_probability) {
+  std::vector<TreeEntry> entries;
+  {
+    py::gil_scoped_release release;
+    entries = planner.tree(max_depth, min_probability);
+  }
+  py::list list;
+  for (const TreeEntry& entry : entries) {
+    list.append(py::dict(
+        "kind"_a = entry.isBelief() ? "belief" : "action", "parent"_a = entry.parent,
+        "depth"_a = entry.depth, "action"_a = entry.action, "observation"_a = entry.observation,
+        "probability"_a = entry.probability, "reach"_a = entry.reach, "lower"_a = entry.lower,
+        "upper"_a = entry.upper, "expanded"_a = entry.expanded));
+  }
+  return list;
 }
 
 }  // namespace
@@ -62,7 +82,20 @@ void bindPlanner(py::module_& module) {
            }),
            "model"_a, "options"_a = PlannerOptions{})
       .def("decide", &OnlinePlanner::decide, "belief"_a, py::call_guard<py::gil_scoped_release>(),
-           "belief: (S,), sums to 1; raises ModelError for anything else.")
+           "belief: (S,), sums to 1; raises ModelError for anything else. Goes on with the tree\n"
+           "when the belief is that of its root.")
+      .def("advance", &OnlinePlanner::advance, "action"_a, "observation"_a,
+           py::call_guard<py::gil_scoped_release>(),
+           "What was done at the last belief and what was observed then: the next decision goes\n"
+           "on with what was searched below them. Raises IndexError.")
+      .def("reset", &OnlinePlanner::reset, py::call_guard<py::gil_scoped_release>(),
+           "Forget the tree.")
+      .def("tree", &treeOf, "max_depth"_a = 2, "min_probability"_a = 0.0,
+           "The search tree, level by level, as a list of dicts with the keys kind (belief or\n"
+           "action), parent (index in the list, -1 at the root), depth (steps from the root),\n"
+           "action, observation (-1 where there is none), probability (of the observation), reach\n"
+           "(product of the probabilities from the root), lower, upper and expanded (beliefs\n"
+           "expanded from there down). Beliefs with a reach below min_probability are left out.")
       .def_property_readonly(
           "lower_bound", [](const OnlinePlanner& p) { return RowMajor(p.lowerBound().vectors); },
           "(K, S): the offline lower bound")

@@ -2,153 +2,180 @@
 #include "search_tree.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 namespace fabric::planner {
 namespace {
 
 constexpr double MAX_CHILDREN = 1 << 28;
-constexpr double WORK_BETWEEN_LOOKS = 2e5;  // multiplications, some 0.1 ms
+constexpr double SAME_BELIEF = 1e-9;  // largest difference of an entry that rounding may cause
+constexpr double LOWEST = -std::numeric_limits<double>::infinity();
 
 }  // namespace
 
-bool Stopwatch::timeIsUp() {
-  const double now = elapsed();
-  longest_ = std::max(longest_, now - last_check_);
-  last_check_ = now;
-  return now + std::min(longest_, 0.1 * deadline_) >= deadline_;
-}
-
 SearchTree::SearchTree(const Pomdp& model, const AlphaVectors& lower, const PointUpperBound& upper,
                        int max_nodes)
-    : m_(model), lower_(lower), upper_(upper) {
-  const double children = static_cast<double>(max_nodes) * m_.numActions() * m_.numObservations();
-  if (children > MAX_CHILDREN || static_cast<double>(max_nodes) * m_.numStates() > MAX_CHILDREN) {
+    : m_(model),
+      successors_(model, lower, upper),
+      width_(static_cast<std::size_t>(successors_.width())),
+      actions_(model.numActions()),
+      symbols_(model.numObservations()),
+      children_(actions_ * symbols_),
+      root_belief_(width_) {
+  const auto slots = static_cast<std::size_t>(std::max(1, max_nodes));
+  if (static_cast<double>(slots) * std::max<double>(children_, m_.numStates()) > MAX_CHILDREN) {
     throw ModelError("max_nodes is " + std::to_string(max_nodes) + ", too many for " + m_.name());
   }
-  const double column_work = static_cast<double>(m_.numStates()) *
-                             static_cast<double>(lower_.vectors.rows() +
-                                                 upper_.base().vectors.rows() + upper_.numPoints());
-  block_ = std::clamp<Eigen::Index>(static_cast<Eigen::Index>(WORK_BETWEEN_LOOKS / column_work), 1,
-                                    m_.numObservations());
-  nodes_.reserve(static_cast<size_t>(children) + 1);
-  branches_.reserve(static_cast<size_t>(max_nodes) * static_cast<size_t>(m_.numActions()));
-  beliefs_.resize(m_.numStates(), std::max(1, max_nodes));
-  predicted_.resize(m_.numStates());
-  joint_.resize(m_.numStates(), block_);
+  free_.reserve(slots);
+  slots_ = AlignedArray<Slot>(slots);
+  branches_ = AlignedArray<Branch>(slots * index(actions_));
+  beliefs_ = AlignedArray<double>(slots * width_);
+  probability_ = AlignedArray<double>(slots * index(children_));
+  lower_ = AlignedArray<double>(slots * index(children_));
+  upper_ = AlignedArray<double>(slots * index(children_));
+  priority_ = AlignedArray<double>(slots * index(children_));
+  child_slots_ = AlignedArray<int>(slots * index(children_));
+}
+
+void SearchTree::clear() {
+  has_root_ = false;
+  root_slot_ = -1;
+  fresh_ = 0;
+  free_.clear();
 }
 
 void SearchTree::start(const Eigen::VectorXd& belief) {
-  nodes_.clear();
-  branches_.clear();
-  expanded_ = 0;
-  beliefs_.col(0) = belief;
-  const double lower = lower_.value(belief);
-  const double upper = std::max(lower, upper_.value(belief));
-  nodes_.push_back({lower, upper, 1.0, upper - lower, -1, -1, -1});
+  clear();
+  has_root_ = true;
+  std::copy(belief.data(), belief.data() + belief.size(), root_belief_.begin());
+  successors_.boundsAt(root_belief_.data(), root_.lower, root_.upper);
+  root_.priority = root_.upper - root_.lower;
 }
+
+void SearchTree::advance(int action, int observation) {
+  if (!has_root_ || root_slot_ < 0) return clear();
+  const int old_root = root_slot_;
+  const int node = old_root * children_ + action * symbols_ + observation;
+  if (probability_[index(node)] <= 0.0 ||
+      !successors_.follow(beliefOf(old_root), action, observation, root_belief_.data())) {
+    return clear();
+  }
+  root_ = boundsOf(node);
+  root_slot_ = child_slots_[index(node)];
+  child_slots_[index(node)] = -1;
+  if (root_slot_ >= 0) slots_[index(root_slot_)].node = ROOT;
+  giveBack(old_root);
+}
+
+const double* SearchTree::rootBelief() const {
+  return root_slot_ < 0 ? root_belief_.data() : beliefOf(root_slot_);
+}
+
+bool SearchTree::isAt(const Eigen::VectorXd& belief) const {
+  if (!has_root_) return false;
+  const double* root = rootBelief();
+  for (Eigen::Index s = 0; s < belief.size(); ++s) {
+    if (!(std::abs(root[s] - belief(s)) <= SAME_BELIEF)) return false;
+  }
+  return true;
+}
+
+SearchTree::Bounds SearchTree::boundsOf(int node) const {
+  if (node == ROOT) return root_;
+  return {lower_[index(node)], upper_[index(node)], priority_[index(node)]};
+}
+
+void SearchTree::setBounds(int node, const Bounds& bounds) {
+  if (node == ROOT) {
+    root_ = bounds;
+    return;
+  }
+  lower_[index(node)] = bounds.lower;
+  upper_[index(node)] = bounds.upper;
+  priority_[index(node)] = bounds.priority;
+}
+
+int SearchTree::takeSlot() {
+  if (free_.empty()) return fresh_++;
+  const int slot = free_.back();
+  free_.pop_back();
+  const int* below = child_slots_.data() + index(slot) * index(children_);
+  for (int i = 0; i < children_; ++i) {
+    if (below[i] >= 0) free_.push_back(below[i]);
+  }
+  return slot;
+}
+
+void SearchTree::giveBack(int slot) { free_.push_back(slot); }
 
 int SearchTree::mostImportantLeaf() const {
-  int index = 0;
-  while (nodes_[static_cast<size_t>(index)].slot >= 0) {
-    const int first = nodes_[static_cast<size_t>(index)].slot * m_.numActions();
-    int best = first;
-    for (int b = first + 1; b < first + m_.numActions(); ++b) {
-      if (branches_[static_cast<size_t>(b)].upper > branches_[static_cast<size_t>(best)].upper) {
-        best = b;
-      }
-    }
-    index = branches_[static_cast<size_t>(best)].best_child;
+  int node = ROOT;
+  for (int slot = root_slot_; slot >= 0; slot = slotOf(node)) {
+    node = branches_[index(slot * actions_ + slots_[index(slot)].best_branch)].best_child;
   }
-  return index;
-}
-
-/// Bayes' rule from the parent's belief into the next free column.
-void SearchTree::placeBelief(int index) {
-  const Node& node = nodes_[static_cast<size_t>(index)];
-  if (node.branch < 0) return;
-  const Branch& branch = branches_[static_cast<size_t>(node.branch)];
-  const int action = node.branch % m_.numActions();
-  const int parent_slot = nodes_[static_cast<size_t>(branch.node)].slot;
-  auto belief = beliefs_.col(expanded_);
-  belief.noalias() = m_.T(action).transpose() * beliefs_.col(parent_slot);
-  belief.array() *= Eigen::ArrayXd(Eigen::VectorXd(m_.O(action).col(node.observation)));
-  belief /= belief.sum();
+  return node;
 }
 
 bool SearchTree::grow(Stopwatch& watch) {
   if (watch.timeIsUp()) return false;
-  const int leaf = mostImportantLeaf();
-  if (!expand(leaf, watch)) return false;
-  backUp(leaf);
-  return true;
+  return expand(mostImportantLeaf(), watch);
 }
 
-bool SearchTree::expand(int index, Stopwatch& watch) {
-  placeBelief(index);
-  const size_t nodes_before = nodes_.size();
-  const size_t branches_before = branches_.size();
-  for (int a = 0; a < m_.numActions(); ++a) {
-    if (addBranch(index, a, watch)) continue;
-    nodes_.resize(nodes_before);
-    branches_.resize(branches_before);
+bool SearchTree::expand(int node, Stopwatch& watch) {
+  const int slot = takeSlot();
+  slots_[index(slot)] = {node, 0, 0};
+  std::fill_n(child_slots_.data() + index(slot) * index(children_), children_, -1);
+  double* belief = beliefOf(slot);
+  if (node == ROOT) {
+    std::copy(root_belief_.begin(), root_belief_.end(), belief);
+  } else {
+    const int parent = node / children_;
+    successors_.follow(beliefOf(parent), node % children_ / symbols_, node % symbols_, belief);
+  }
+  if (!fillIn(slot, watch)) {
+    giveBack(slot);
     return false;
   }
-  nodes_[static_cast<size_t>(index)].slot = expanded_++;
+  (node == ROOT ? root_slot_ : child_slots_[index(node)]) = slot;
+  backUp(slot);
   return true;
 }
 
-bool SearchTree::addBranch(int index, int action, Stopwatch& watch) {
-  const auto belief = beliefs_.col(expanded_);
-  predicted_.noalias() = m_.T(action).transpose() * belief;
-  const int branch = static_cast<int>(branches_.size());
-  branches_.push_back({m_.R().row(action).dot(belief), 0.0, 0.0, 0.0, index,
-                       static_cast<int>(nodes_.size()), 0, -1});
-  for (Eigen::Index first = 0; first < m_.numObservations(); first += block_) {
-    if (block_ < m_.numObservations() && watch.timeIsUp()) return false;
-    addChildren(branch, first, std::min<Eigen::Index>(block_, m_.numObservations() - first));
+bool SearchTree::fillIn(int slot, Stopwatch& watch) {
+  const std::size_t first = index(slot) * index(children_);
+  if (!successors_.bound(beliefOf(slot), watch, &probability_[first], &lower_[first],
+                         &upper_[first])) {
+    return false;
   }
-  auto& added = branches_.back();
-  added.children = static_cast<int>(nodes_.size()) - added.first_child;
-  refreshBranch(added);
+  for (std::size_t i = first; i < first + index(children_); ++i) {
+    priority_[i] = upper_[i] - lower_[i];
+  }
+  const Eigen::Map<const Eigen::VectorXd> belief(beliefOf(slot), m_.numStates());
+  for (int a = 0; a < actions_; ++a) {
+    Branch& branch = branches_[index(slot * actions_ + a)];
+    if (m_.isAllowed(a, belief)) {
+      branch.reward = successors_.reward(belief.data(), a);
+      refreshBranch(slot, a);
+    } else {
+      branch = {LOWEST, LOWEST, LOWEST, LOWEST, -1};
+    }
+  }
   return true;
 }
 
-/// Bounds the successors for observations first .. first + count - 1. Both bounds are homogeneous,
-/// so that they may be taken at P(s', o | b, a) and divided by its sum afterwards.
-void SearchTree::addChildren(int branch, Eigen::Index first, Eigen::Index count) {
-  const int action = branch % m_.numActions();
-  auto joint = joint_.leftCols(count);
-  joint = m_.O(action).middleCols(first, count);
-  joint.array().colwise() *= predicted_.array();
-  scores_.noalias() = lower_.vectors * joint;
-  const Eigen::RowVectorXd lower = scores_.colwise().maxCoeff();
-  for (Eigen::Index i = 0; i < count; ++i) {
-    const double probability = joint.col(i).sum();
-    if (probability < std::numeric_limits<double>::min()) continue;
-    Node child{lower(i) / probability,
-               upper_.value(joint.col(i)) / probability,
-               probability,
-               0.0,
-               branch,
-               static_cast<int>(first + i),
-               -1};
-    child.upper = std::max(child.upper, child.lower);
-    child.priority = child.upper - child.lower;
-    nodes_.push_back(child);
-  }
-}
-
-void SearchTree::refreshBranch(Branch& branch) {
+void SearchTree::refreshBranch(int slot, int action) {
   double lower = 0.0;
   double upper = 0.0;
   double priority = -1.0;
-  for (int i = branch.first_child; i < branch.first_child + branch.children; ++i) {
-    const Node& child = nodes_[static_cast<size_t>(i)];
-    lower += child.probability * child.lower;
-    upper += child.probability * child.upper;
-    const double weighted = child.probability * child.priority;
-    if (weighted <= priority) continue;
+  Branch& branch = branches_[index(slot * actions_ + action)];
+  const int first = slot * children_ + action * symbols_;
+  for (int i = first; i < first + symbols_; ++i) {
+    const double probability = probability_[index(i)];
+    lower += probability * lower_[index(i)];
+    upper += probability * upper_[index(i)];
+    const double weighted = probability * priority_[index(i)];
+    if (probability <= 0.0 || weighted <= priority) continue;
     priority = weighted;
     branch.best_child = i;
   }
@@ -157,43 +184,44 @@ void SearchTree::refreshBranch(Branch& branch) {
   branch.priority = m_.discount() * priority;
 }
 
-/// A node may keep a bound that is better than its branches': both hold.
-void SearchTree::refreshNode(Node& node) {
-  double lower = -std::numeric_limits<double>::infinity();
-  double upper = lower;
-  const int first = node.slot * m_.numActions();
-  for (int b = first; b < first + m_.numActions(); ++b) {
-    const Branch& branch = branches_[static_cast<size_t>(b)];
+/// A belief may keep a bound that is better than its branches': both hold.
+void SearchTree::refreshSlot(int slot) {
+  Slot& at = slots_[index(slot)];
+  Bounds bounds = boundsOf(at.node);
+  double lower = LOWEST;
+  double upper = LOWEST;
+  bounds.priority = 0.0;  // stays where no action is allowed, so that nobody looks further there
+  for (int a = 0; a < actions_; ++a) {
+    const Branch& branch = branches_[index(slot * actions_ + a)];
     lower = std::max(lower, branch.lower);
     if (branch.upper <= upper) continue;
     upper = branch.upper;
-    node.priority = branch.priority;
+    bounds.priority = branch.priority;
+    at.best_branch = a;
   }
-  node.lower = std::max(node.lower, lower);
-  node.upper = std::max(node.lower, std::min(node.upper, upper));
+  if (upper == LOWEST) return setBounds(at.node, bounds);
+  bounds.lower = std::max(bounds.lower, lower);
+  bounds.upper = std::max(bounds.lower, std::min(bounds.upper, upper));
+  setBounds(at.node, bounds);
 }
 
-void SearchTree::backUp(int index) {
+void SearchTree::backUp(int slot) {
   for (;;) {
-    Node& node = nodes_[static_cast<size_t>(index)];
-    refreshNode(node);
-    if (node.branch < 0) return;
-    Branch& branch = branches_[static_cast<size_t>(node.branch)];
-    refreshBranch(branch);
-    index = branch.node;
+    ++slots_[index(slot)].size;
+    refreshSlot(slot);
+    const int node = slots_[index(slot)].node;
+    if (node == ROOT) return;
+    slot = node / children_;
+    refreshBranch(slot, node % children_ / symbols_);
   }
 }
 
-Eigen::VectorXd SearchTree::actionLower() const {
-  Eigen::VectorXd values(m_.numActions());
-  for (int a = 0; a < m_.numActions(); ++a) values(a) = branches_[static_cast<size_t>(a)].lower;
-  return values;
+double SearchTree::actionLower(int action) const {
+  return branches_[index(root_slot_ * actions_ + action)].lower;
 }
 
-Eigen::VectorXd SearchTree::actionUpper() const {
-  Eigen::VectorXd values(m_.numActions());
-  for (int a = 0; a < m_.numActions(); ++a) values(a) = branches_[static_cast<size_t>(a)].upper;
-  return values;
+double SearchTree::actionUpper(int action) const {
+  return branches_[index(root_slot_ * actions_ + action)].upper;
 }
 
 }  // namespace fabric::planner
