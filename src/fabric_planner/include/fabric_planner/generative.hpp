@@ -40,13 +40,15 @@
 ///   // Its simulated value is the lower bound. Without: one action for ever, the best in
 ///   // simulation from the root.
 ///   int defaultAction(const State* states, int count) const;
+///   bool hasDefaultAction() const;  // only for adapters that learn it at run time
 ///   // A lower bound found otherwise: the value of some policy, averaged over the equally likely
 ///   // states, and its first action. Replaces the simulation of defaultAction().
 ///   LowerBound lowerBound(const State* states, int count) const;
 ///   // At most the value of the default policy from a state at the end of a simulation. Without:
 ///   // min reward / (1 - discount).
 ///   double lowerBoundAtHorizon(const State& state) const;
-///   // May the action be taken? Must be the same for all states a history leaves possible.
+///   // May the action be taken? At a belief it may when every possible state allows it; each state
+///   // must allow one.
 ///   bool legal(const State& state, int action) const;
 ///   // The belief to run this model with, when there is a better one than particles.
 ///   std::unique_ptr<Belief<State>> makeBelief(std::uint64_t seed) const;   // at its initial
@@ -117,6 +119,7 @@ FABRIC_HAS(HAS_ADD_UPPER_BOUNDS,
 FABRIC_HAS(HAS_DEFAULT_ACTION,
            static_cast<int>(model<M>().defaultAction(static_cast<const typename M::State*>(nullptr),
                                                      0)))
+FABRIC_HAS(ASKS_FOR_DEFAULT_ACTION, static_cast<bool>(model<M>().hasDefaultAction()))
 FABRIC_HAS(HAS_LOWER_BOUND, static_cast<LowerBound>(model<M>().lowerBound(
                                 static_cast<const typename M::State*>(nullptr), 0)))
 FABRIC_HAS(HAS_LOWER_BOUND_AT_HORIZON,
@@ -154,6 +157,16 @@ bool hasObservationProbability(const M& m) {
   }
 }
 
+/// May defaultAction() be called?
+template <class M>
+bool hasDefaultAction(const M& m) {
+  if constexpr (ASKS_FOR_DEFAULT_ACTION<M>) {
+    return m.hasDefaultAction();
+  } else {
+    return HAS_DEFAULT_ACTION<M>;
+  }
+}
+
 /// At least the optimal value from a known state.
 template <class M>
 double upperBound(const M& m, const typename M::State& s) {
@@ -181,6 +194,18 @@ bool legal(const M& m, const typename M::State& s, int action) {
   } else {
     return true;
   }
+}
+
+/// May the action be taken in each of the states?
+template <class M>
+bool legalForAll([[maybe_unused]] const M& m, [[maybe_unused]] const typename M::State* states,
+                 [[maybe_unused]] int count, [[maybe_unused]] int action) {
+  if constexpr (HAS_LEGAL<M>) {
+    for (int i = 0; i < count; ++i) {
+      if (!m.legal(states[i], action)) return false;
+    }
+  }
+  return true;
 }
 
 /// Throws ModelError unless numActions, discount, names and reward range make sense.
