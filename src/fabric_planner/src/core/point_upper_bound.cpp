@@ -102,7 +102,7 @@ double PointUpperBound::value(const Eigen::Ref<const Eigen::VectorXd>& belief) c
 PointUpperBound pointBasedUpperBound(const Pomdp& model, const PointBasedOptions& options) {
   AlphaVectors base = fastInformedBound(model);
   if (model.fullyObservable()) return PointUpperBound(std::move(base));
-  const Eigen::MatrixXd beliefs = reachableBeliefs(model, options.upper_points);
+  const Eigen::MatrixXd beliefs = reachableBeliefs(model, 64);
   PointUpperBound bound(std::move(base), beliefs);
   const double round_work = roundWork(model, beliefs.cols());
   for (double work = round_work; work < options.work; work += round_work) {

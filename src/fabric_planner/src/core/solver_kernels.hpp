@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+
+// One body compiled for several instruction sets, the best chosen when the program starts.
+// Sanitizers cannot see through the resolver, other compilers do not know the arch= names.
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && \
+    !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__) && defined(__OPTIMIZE__)
+#define FABRIC_SOLVER_CLONES \
+  __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
+#else
+#define FABRIC_SOLVER_CLONES
+#endif
+
+namespace fabric::planner {
+
+/// Numbers are handled in blocks of so many; tables are padded to a multiple of it.
+constexpr int BLOCK = 16;
+constexpr int padded(int count) { return (count + BLOCK - 1) / BLOCK * BLOCK; }
+
+/// out[k] = start[k] + sum_i value[i] * table[index[i] * stride + k] for k < count, a multiple of
+/// BLOCK. start: may be null (zeros), may be out.
+void combineRows(const double* table, std::ptrdiff_t stride, const int* index, const double* value,
+                 int terms, const double* start, int count, double* out);
+
+/// out[k] = min over i of value[i] * table[index[i] * stride + k]; terms > 0.
+void smallestProducts(const double* table, std::ptrdiff_t stride, const int* index,
+                      const double* value, int terms, int count, double* out);
+
+/// Position of the largest (smallest) of count > 0 numbers, the first among equals.
+int positionOfLargest(const double* numbers, int count);
+int positionOfSmallest(const double* numbers, int count);
+
+/// out[k] = sum_i value[i] * table[i * stride + k], k < count, a multiple of BLOCK.
+void combineConsecutive(const double* table, std::ptrdiff_t stride, const double* value, int terms,
+                        int count, double* out);
+
+/// out[k] = sum_i table[i * stride + k] * rows[i][k], k < count, a multiple of BLOCK.
+void sumOfProducts(const double* table, std::ptrdiff_t stride, const double* const* rows, int terms,
+                   int count, double* out);
+
+}  // namespace fabric::planner
