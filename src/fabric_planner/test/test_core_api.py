@@ -129,6 +129,28 @@ def test_the_filter_says_when_it_recovered():
         belief_filter.update(5, 0)
 
 
+def test_threads_may_share_a_filter():
+    belief_filter = fp.BeliefFilter(tiger())
+    actions, observations = np.zeros(20_000, dtype=int), np.arange(20_000) % 2
+    sums = []
+
+    def work(many: bool) -> None:
+        for _ in range(20):
+            if many:
+                belief_filter.update_many(actions, observations)
+            else:
+                belief_filter.update(1, 0)
+                sums.append(belief_filter.belief.sum())
+
+    threads = [threading.Thread(target=work, args=(i % 2 == 0,)) for i in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert sums == pytest.approx([1.0] * 40, abs=1e-12)
+    assert belief_filter.recoveries == 0
+
+
 def test_mdp_from_arrays_and_from_a_model_agree():
     model = fp.load_pomdpx(TIGER)
     ours = fp.solve_mdp_arrays(model.transition, model.reward, model.discount)

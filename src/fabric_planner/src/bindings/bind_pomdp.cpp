@@ -3,6 +3,7 @@
 #include <pybind11/stl.h>
 
 #include <memory>
+#include <mutex>
 #include <optional>
 
 #include "arrays.hpp"
@@ -139,8 +140,32 @@ void bindModel(py::module_& module) {
       });
 }
 
+/// A filter that several Python threads may share.
+struct SharedFilter {
+  explicit SharedFilter(std::shared_ptr<Pomdp> model) : filter(std::move(model)) {}
+
+  template <typename Call>
+  auto locked(Call call) {
+    const std::lock_guard<std::mutex> lock(one_at_a_time);
+    return call(filter);
+  }
+
+  BeliefFilter filter;
+  std::mutex one_at_a_time;  // whoever holds it never waits for the interpreter
+};
+
+void reset(SharedFilter& shared, const std::optional<Eigen::VectorXd>& belief) {
+  shared.locked([&](BeliefFilter& filter) {
+    if (belief) {
+      filter.reset(*belief);
+    } else {
+      filter.reset();
+    }
+  });
+}
+
 /// Many updates in a row without the interpreter between them.
-std::uint64_t updateMany(BeliefFilter& filter, const Indices& actions,
+std::uint64_t updateMany(SharedFilter& shared, const Indices& actions,
                          const Indices& observations) {
   if (actions.ndim() != 1 || observations.ndim() != 1 || actions.size() != observations.size()) {
     throw ModelError("actions and observations must be two rows of the same length");
@@ -149,37 +174,41 @@ std::uint64_t updateMany(BeliefFilter& filter, const Indices& actions,
   const int* observation = observations.data();
   const auto count = actions.size();
   py::gil_scoped_release release;
-  const auto before = filter.recoveries();
-  for (py::ssize_t i = 0; i < count; ++i) filter.update(action[i], observation[i]);
-  return filter.recoveries() - before;
+  return shared.locked([&](BeliefFilter& filter) {
+    const auto before = filter.recoveries();
+    for (py::ssize_t i = 0; i < count; ++i) filter.update(action[i], observation[i]);
+    return filter.recoveries() - before;
+  });
 }
 
 void bindFilter(py::module_& module) {
   py::enum_<UpdateStatus>(module, "UpdateStatus")
       .value("OK", UpdateStatus::OK, "Bayes' rule held")
       .value("RECOVERED", UpdateStatus::RECOVERED, "the observation was impossible");
-  py::class_<BeliefFilter>(module, "BeliefFilter",
+  py::class_<SharedFilter>(module, "BeliefFilter",
                            "The exact belief, with a counted recovery from observations that the\n"
                            "model calls impossible: the states they can come from take over; if\n"
-                           "there are none, the prediction stays.")
-      .def(py::init([](std::shared_ptr<Pomdp> m) { return BeliefFilter(std::move(m)); }), "model"_a)
+                           "there are none, the prediction stays. Threads may share a filter.")
+      .def(py::init<std::shared_ptr<Pomdp>>(), "model"_a)
+      .def("reset", &reset, "belief"_a = py::none(),
+           "belief: (S,), sums to 1; the model's initial one by default.")
       .def(
-          "reset",
-          [](BeliefFilter& filter, const std::optional<Eigen::VectorXd>& belief) {
-            if (belief) {
-              filter.reset(*belief);
-            } else {
-              filter.reset();
-            }
+          "update",
+          [](SharedFilter& shared, int action, int observation) {
+            return shared.locked([&](BeliefFilter& f) { return f.update(action, observation); });
           },
-          "belief"_a = py::none(), "belief: (S,), sums to 1; the model's initial one by default.")
-      .def("update", &BeliefFilter::update, "action"_a, "observation"_a,
-           "Indices of the model; raises IndexError for others.")
+          "action"_a, "observation"_a, "Indices of the model; raises IndexError for others.")
       .def("update_many", &updateMany, "actions"_a, "observations"_a,
            "Updates with one pair after the other; returns how many were recoveries.")
-      .def_property_readonly("belief",
-                             [](const BeliefFilter& f) { return Eigen::VectorXd(f.belief()); })
-      .def_property_readonly("recoveries", &BeliefFilter::recoveries);
+      .def_property_readonly(
+          "belief",
+          [](SharedFilter& shared) {
+            return shared.locked([](BeliefFilter& f) { return Eigen::VectorXd(f.belief()); });
+          },
+          "(S,), a copy")
+      .def_property_readonly("recoveries", [](SharedFilter& shared) {
+        return shared.locked([](BeliefFilter& f) { return f.recoveries(); });
+      });
 }
 
 }  // namespace
