@@ -2,9 +2,9 @@
 #include "factor.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
-#include <numeric>
+#include <functional>
+#include <stdexcept>
 
 #include "fabric_planner/pomdp.hpp"
 #include "text.hpp"
@@ -13,199 +13,278 @@ namespace fabric::planner {
 namespace {
 
 constexpr double ROW_TOLERANCE = 1e-6;
-constexpr size_t MAX_ENTRIES = size_t{1} << 26;  // half a gigabyte of doubles
 
-/// place: called for the words that begin a message.
-template <typename Place>
-double number(const std::string& token, const Place& place) {
-  const char* begin = token.data() + (token.front() == '+' ? 1 : 0);
-  const char* end = token.data() + token.size();
-  double value = 0.0;
-  const auto [stop, error] = std::from_chars(begin, end, value);
-  if (error != std::errc() || stop != end) {
-    throw ModelError(place() + ": '" + token + "' is not a number");
-  }
-  if (std::isnan(value)) throw ModelError(place() + ": '" + token + "' is NaN");
-  if (std::isinf(value)) throw ModelError(place() + ": '" + token + "' is infinite");
-  return value;
+std::vector<int> sizesOf(const std::vector<Axis>& axes) {
+  std::vector<int> sizes;
+  for (const auto& axis : axes) sizes.push_back(axis.domain->size());
+  return sizes;
 }
 
-/// Advances a mixed-radix counter, last digit fastest; false when it wraps round.
-bool advance(std::vector<size_t>& digits, const std::vector<size_t>& radix) {
-  for (size_t i = digits.size(); i-- > 0;) {
-    if (++digits[i] < radix[i]) return true;
-    digits[i] = 0;
+/// A table over nothing still holds one number: it gets an axis of its own.
+std::vector<Axis> orOne(std::vector<Axis> axes) {
+  if (axes.empty()) {
+    static const auto ONE = std::make_shared<const Domain>(std::vector<std::string>{"null"});
+    axes.push_back({Role::ACTION, -1, "null", ONE});
   }
-  return false;
+  return axes;
+}
+
+/// Calls visit(p) for each number below a node that was ever set, zeros at least once.
+void forEachCell(const TableNode* node, size_t axis, const std::vector<int>& sizes, Picks& digits,
+                 const std::function<void(double)>& visit) {
+  if (node == nullptr) return;
+  if (axis + 1 == sizes.size()) {
+    if (node->cells.rest == 0.0) visit(0.0);
+    node->cells.forEach(sizes[axis], [&](int i, double p) {
+      digits[axis] = i;
+      visit(p);
+    });
+    return;
+  }
+  node->branches.forEach(sizes[axis], [&](int i, const TableLink& below) {
+    digits[axis] = i;
+    forEachCell(below.get(), axis + 1, sizes, digits, visit);
+  });
+}
+
+/// Divides all below a node; nodes are not shared with other rows afterwards.
+void divide(TableNode& node, double sum) {
+  const auto deeper = [&](TableLink& below) {
+    if (!below) return;
+    below = std::make_shared<TableNode>(*below);
+    divide(*below, sum);
+  };
+  deeper(node.branches.rest);
+  for (auto& other : node.branches.others) deeper(other.second);
+  node.cells.rest /= sum;
+  for (auto& other : node.cells.others) other.second /= sum;
 }
 
 }  // namespace
 
-Factor::Factor(std::string element, std::vector<Axis> axes)
-    : element_(std::move(element)), axes_(std::move(axes)), strides_(axes_.size()) {
-  size_t total = 1;
-  for (size_t i = axes_.size(); i-- > 0;) {
-    strides_[i] = total;
-    total *= size(i);
-    if (total > MAX_ENTRIES) throw ModelError(element_ + ": table too large");
-  }
-  values_.assign(total, 0.0);
-  given_.assign(total, false);
+Domain::Domain(std::vector<std::string> names) : names_(std::move(names)) {
+  for (int i = 0; i < size(); ++i) index_.emplace(names_[static_cast<size_t>(i)], i);
 }
 
-size_t Factor::count(const std::vector<size_t>& listed) const {
-  return std::accumulate(listed.begin(), listed.end(), size_t{1},
-                         [this](size_t product, size_t axis) { return product * size(axis); });
+int Domain::find(std::string_view token) const {
+  const auto found = index_.find(token);
+  if (found != index_.end()) return found->second;
+  int value = -1;
+  const char* end = token.data() + token.size();
+  const auto [stop, error] = std::from_chars(token.data(), end, value);
+  return error == std::errc() && stop == end && value >= 0 && value < size() ? value : -1;
 }
 
-void Factor::addEntry(const Tokens& instance, const Tokens& table) {
-  if (instance.size() != axes_.size()) {
+Factor::Factor(std::string element, std::vector<Axis> axes, size_t children, size_t entries)
+    : element_(std::move(element)),
+      axes_(orOne(std::move(axes))),
+      children_(children),
+      tree_(sizesOf(axes_), entries) {}
+
+Picks Factor::picked(const Tokens& instance) const {
+  const bool none = axes_[0].variable < 0;
+  const size_t wanted = none ? 0 : axes_.size();
+  if (instance.size() != wanted) {
     throw ModelError(element_ + ": instance '" + join(instance, " ") + "' has " +
                      std::to_string(instance.size()) + " tokens, expected " +
-                     std::to_string(axes_.size()));
+                     std::to_string(wanted));
   }
-  std::vector<size_t> listed;
-  std::vector<std::vector<int>> choices(axes_.size());
+  if (none) return {0};
+  Picks picks;
   for (size_t i = 0; i < axes_.size(); ++i) {
-    if (instance[i] == "-") listed.push_back(i);
-    if (instance[i] == "-" || instance[i] == "*") {
-      choices[i].resize(size(i));
-      std::iota(choices[i].begin(), choices[i].end(), 0);
-    } else {
-      const auto& names = axes_[i].values;
-      const auto found = std::find(names.begin(), names.end(), instance[i]);
-      if (found == names.end()) {
-        throw ModelError(element_ + ": instance '" + join(instance, " ") + "': '" + instance[i] +
-                         "' is no value of " + axes_[i].name + " (" + join(names, ", ") + ")");
-      }
-      choices[i].push_back(static_cast<int>(found - names.begin()));
-    }
+    const bool listed = instance[i] == "-";
+    picks.push_back(listed               ? int{LISTED}
+                    : instance[i] == "*" ? int{ALL}
+                                         : axes_[i].domain->find(instance[i]));
+    if (picks.back() >= 0 || listed || instance[i] == "*") continue;
+    throw ModelError(element_ + ": instance '" + join(instance, " ") + "': '" + instance[i] +
+                     "' is no value of " + axes_[i].name + " (" +
+                     join(axes_[i].domain->names(), ", ") + ")");
   }
-  const auto values = expand(instance, table, listed);
-  refuseConflict(instance, values);
-  store(choices, listed, values);
+  return picks;
 }
 
-std::vector<double> Factor::expand(const Tokens& instance, const Tokens& table,
-                                   const std::vector<size_t>& listed) const {
-  if (table.size() == 1 && table[0] == "uniform") return uniform(listed);
-  if (table.size() == 1 && table[0] == "identity") return identity(listed);
-  const size_t wanted = count(listed);
+void Factor::addEntry(const Tokens& instance, std::string_view table) {
+  const Picks picks = picked(instance);
+  Words words(table);
+  const auto first = words.next();
+  const bool alone = words.next().empty();
+  if (alone && (first == "uniform" || first == "identity")) {
+    refuseConflict(instance, std::hash<std::string_view>()(first));
+    first == "uniform" ? setUniform(instance, picks) : setIdentity(instance, picks);
+    return;
+  }
+  const auto values = readNumbers(instance, picks, table);
+  const std::string_view bytes(reinterpret_cast<const char*>(values.data()),
+                               values.size() * sizeof(double));
+  refuseConflict(instance, std::hash<std::string_view>()(bytes));
+  assign(picks, values);
+}
+
+std::vector<double> Factor::readNumbers(const Tokens& instance, const Picks& picks,
+                                        std::string_view table) const {
+  double wanted = 1.0;
+  for (size_t i = 0; i < picks.size(); ++i) {
+    if (picks[i] == LISTED) wanted *= axes_[i].domain->size();
+  }
   std::vector<double> values;
-  std::vector<size_t> digits(listed.size(), 0);
-  std::vector<size_t> radix;
-  for (size_t axis : listed) radix.push_back(size(axis));
-  for (size_t i = 0; i < std::min(table.size(), wanted); ++i) {
-    values.push_back(number(table[i], [&] {
-      Tokens row = instance;
-      for (size_t j = 0; j < listed.size(); ++j) {
-        row[listed[j]] = axes_[listed[j]].values[digits[j]];
-      }
-      return place(row);
-    }));
-    advance(digits, radix);
+  const auto rowOf = [&] {
+    Tokens row = instance;
+    auto index = values.size();
+    for (size_t i = picks.size(); i-- > 0;) {
+      if (picks[i] != LISTED) continue;
+      const auto& names = axes_[i].domain->names();
+      row[i] = names[index % names.size()];
+      index /= names.size();
+    }
+    return place(row);
+  };
+  Words words(table);
+  size_t count = 0;
+  for (auto word = words.next(); !word.empty(); word = words.next(), ++count) {
+    if (static_cast<double>(count) < wanted) values.push_back(number(word, rowOf) + 0.0);
   }
-  if (table.size() != wanted) {
+  if (static_cast<double>(count) != wanted) {
     throw ModelError(place(instance) + ": entry '" + join(instance, " ") + "' has " +
-                     std::to_string(table.size()) + " numbers, expected " + std::to_string(wanted));
+                     std::to_string(count) + " numbers, expected " + text(wanted));
   }
   return values;
 }
 
-std::vector<double> Factor::uniform(const std::vector<size_t>& listed) const {
-  if (listed.empty() || listed.back() != axes_.size() - 1) {
-    throw ModelError(element_ + ": 'uniform' needs '-' as the last token of its instance");
+void Factor::setUniform(const Tokens& instance, Picks picks) {
+  if (picks.back() != LISTED || children_ == 0) {
+    throw ModelError(element_ + ": 'uniform' needs '-' as the last token of its instance '" +
+                     join(instance, " ") + "'");
   }
-  return std::vector<double>(count(listed), 1.0 / static_cast<double>(size(listed.back())));
+  double size = 1.0;
+  for (size_t i = 0; i < picks.size(); ++i) {
+    if (picks[i] != LISTED) continue;
+    picks[i] = ALL;
+    if (i >= numParents()) size *= axes_[i].domain->size();
+  }
+  assign(picks, 1.0 / size);
 }
 
-std::vector<double> Factor::identity(const std::vector<size_t>& listed) const {
-  if (listed.size() != 2 || size(listed[0]) != size(listed[1])) {
-    throw ModelError(element_ + ": 'identity' needs two '-' of equal size in its instance");
+void Factor::setIdentity(const Tokens& instance, const Picks& picks) {
+  std::vector<size_t> listed;
+  for (size_t i = 0; i < picks.size(); ++i) {
+    if (picks[i] == LISTED) listed.push_back(i);
   }
-  const size_t n = size(listed[0]);
-  std::vector<double> values(n * n, 0.0);
-  for (size_t i = 0; i < n; ++i) values[i * n + i] = 1.0;
-  return values;
+  if (listed.size() != 2 || axes_[listed[0]].domain->size() != axes_[listed[1]].domain->size()) {
+    throw ModelError(element_ + ": 'identity' needs two '-' of equal size in its instance '" +
+                     join(instance, " ") + "'");
+  }
+  assignIdentity(picks, listed[0], listed[1]);
 }
 
-void Factor::refuseConflict(const Tokens& instance, const std::vector<double>& values) {
-  const auto [known, fresh] = seen_.emplace(join(instance, " "), values);
-  if (fresh || known->second == values) return;
+void Factor::refuseConflict(const Tokens& instance, size_t hash) {
+  const auto [known, fresh] = seen_.emplace(join(instance, " "), hash);
+  if (fresh || known->second == hash) return;
   throw ModelError(place(instance) + ": entry '" + known->first +
                    "' is given twice with different values");
 }
 
-void Factor::store(const std::vector<std::vector<int>>& choices, const std::vector<size_t>& listed,
-                   const std::vector<double>& values) {
-  std::vector<size_t> digits(axes_.size(), 0);
-  std::vector<size_t> radix;
-  for (const auto& options : choices) radix.push_back(options.size());
-  do {
-    size_t target = 0;
-    size_t source = 0;
-    for (size_t i = 0; i < axes_.size(); ++i) {
-      target += static_cast<size_t>(choices[i][digits[i]]) * strides_[i];
-    }
-    for (size_t axis : listed) source = source * size(axis) + digits[axis];
-    values_[target] = values[source];
-    given_[target] = true;
-  } while (advance(digits, radix));
+void Factor::assign(const Picks& picks, const std::vector<double>& values) {
+  try {
+    tree_.assign(picks, values);
+  } catch (const std::length_error& error) {
+    throw ModelError(element_ + ": " + error.what());
+  }
+}
+
+void Factor::assign(const Picks& picks, double value) { assign(picks, std::vector<double>{value}); }
+
+void Factor::assignIdentity(Picks picks, size_t first, size_t second) {
+  picks[first] = picks[second] = ALL;
+  assign(picks, 0.0);
+  for (int i = 0; i < axes_[first].domain->size(); ++i) {
+    picks[first] = picks[second] = i;
+    assign(picks, 1.0);
+  }
 }
 
 void Factor::checkRows(bool normalise) {
-  const size_t width = size(axes_.size() - 1);
-  std::vector<size_t> digits(axes_.size(), 0);
-  std::vector<size_t> radix;
-  for (const auto& axis : axes_) radix.push_back(axis.values.size());
-  radix.back() = 1;
-  for (size_t start = 0; start < values_.size(); start += width, advance(digits, radix)) {
-    Tokens row;
-    for (size_t i = 0; i < axes_.size(); ++i) row.push_back(axes_[i].values[digits[i]]);
-    double sum = 0.0;
-    for (size_t i = start; i < start + width; ++i) {
-      if (values_[i] < 0.0 || values_[i] > 1.0 + ROW_TOLERANCE) {
-        throw ModelError(place(row) + " column " + axes_.back().values[i - start] + " is " +
-                         text(values_[i]) + ", not a probability");
-      }
-      sum += values_[i];
-    }
-    if (std::none_of(given_.begin() + static_cast<std::ptrdiff_t>(start),
-                     given_.begin() + static_cast<std::ptrdiff_t>(start + width),
-                     [](bool given) { return given; })) {
-      throw ModelError(place(row) + " has no entry");
-    }
-    if (std::abs(sum - 1.0) > ROW_TOLERANCE && !(normalise && sum > 0.0)) {
-      throw ModelError(place(row) + " sums to " + text(sum) + ", not 1");
-    }
-    if (normalise) {
-      for (size_t i = start; i < start + width; ++i) values_[i] /= sum;
-    }
+  checked_.clear();
+  Picks row;
+  checkNode(tree_.root(), row, normalise);
+}
+
+void Factor::checkNode(const TableNode* node, Picks& row, bool normalise) {
+  if (node != nullptr && !checked_.insert(node).second) return;
+  const size_t axis = row.size();
+  if (axis == numParents()) {
+    // Whole rows may be rescaled where they stand: all users of a node want it the same way.
+    static TableNode empty;
+    checkRow(node == nullptr ? empty : *const_cast<TableNode*>(node), row, normalise);
+    return;
   }
+  const TableNode* last = nullptr;
+  for (int i = 0; i < axes_[axis].domain->size(); ++i) {
+    const TableNode* below = node == nullptr ? nullptr : node->branches.at(i).get();
+    if (i > 0 && below == last) continue;
+    row.push_back(i);
+    checkNode(last = below, row, normalise);
+    row.pop_back();
+  }
+}
+
+void Factor::checkRow(TableNode& node, const Picks& row, bool normalise) const {
+  std::vector<int> sizes;
+  for (size_t i = numParents(); i < axes_.size(); ++i) sizes.push_back(axes_[i].domain->size());
+  Picks digits(children_);
+  bool given = false;
+  double sum = 0.0;
+  forEachCell(&node, 0, sizes, digits, [&](double p) {
+    given = true;
+    sum += p;
+    if (p >= 0.0 && p <= 1.0 + ROW_TOLERANCE) return;
+    Tokens column;
+    for (size_t i = 0; i < children_; ++i) {
+      column.push_back(axes_[numParents() + i].domain->names()[static_cast<size_t>(digits[i])]);
+    }
+    throw RowError(
+        placeOf(row) + " column " + join(column, "/") + " is " + text(p) + ", not a probability",
+        row);
+  });
+  if (!given) throw RowError(placeOf(row) + " has no entry", row);
+  if (std::abs(sum - 1.0) > ROW_TOLERANCE && !(normalise && sum > 0.0)) {
+    throw RowError(placeOf(row) + " sums to " + text(sum) + ", not 1", row);
+  }
+  if (normalise) divide(node, sum);
 }
 
 double Factor::at(const Assignment& assignment) const {
-  size_t index = 0;
-  for (size_t i = 0; i < axes_.size(); ++i) {
-    const auto& group = assignment[static_cast<size_t>(axes_[i].role)];
-    index += static_cast<size_t>(group[static_cast<size_t>(axes_[i].variable)]) * strides_[i];
+  const TableNode* node = tree_.root();
+  for (size_t i = 0; i + 1 < axes_.size() && node != nullptr; ++i) {
+    node = node->branches.at(valueOf(axes_[i], assignment)).get();
   }
-  return values_[index];
+  if (node == nullptr) return 0.0;
+  const auto& last = axes_.back();
+  const double value = node->cells.at(last.variable < 0 ? 0 : valueOf(last, assignment));
+  return std::isnan(value) ? 0.0 : value;
 }
 
 bool Factor::dependsOn(Role role) const {
-  return std::any_of(axes_.begin(), axes_.end(), [role](const Axis& a) { return a.role == role; });
+  return std::any_of(axes_.begin(), axes_.end(),
+                     [role](const Axis& a) { return a.role == role && a.variable >= 0; });
 }
 
 std::string Factor::place(const Tokens& tokens) const {
   Tokens actions;
   Tokens row;
-  const size_t row_axes = element_ == "R" ? axes_.size() : axes_.size() - 1;
-  for (size_t i = 0; i < row_axes; ++i) {
+  for (size_t i = 0; i < std::min(numParents(), tokens.size()); ++i) {
     (axes_[i].role == Role::ACTION ? actions : row).push_back(tokens[i]);
   }
   return element_ + (actions.empty() ? "" : "[" + join(actions, ",") + "]") +
          (row.empty() ? "" : " row " + join(row, "/"));
+}
+
+std::string Factor::placeOf(const Picks& row) const {
+  Tokens tokens;
+  for (size_t i = 0; i < row.size(); ++i) {
+    tokens.push_back(axes_[i].domain->names()[static_cast<size_t>(row[i])]);
+  }
+  return place(tokens);
 }
 
 }  // namespace fabric::planner

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
 
+#include "fabric_planner/model_file.hpp"
 #include "fabric_planner/pomdp.hpp"
 #include "factor.hpp"
 
@@ -12,7 +14,7 @@ namespace fabric::planner {
 struct Variable {
   std::string name;      ///< for a state: after the step
   std::string previous;  ///< for a state: before the step; empty otherwise
-  std::vector<std::string> values;
+  std::shared_ptr<const Domain> domain;
   bool fully_observed = false;
 };
 
@@ -31,7 +33,9 @@ struct FactoredModel {
 };
 
 /// Multiplies the variables out into one table each (the product of values, first slowest).
-/// @throw ModelError when the tables would be too large.
-PomdpTables flatten(const FactoredModel& model);
+/// Only what is not zero is ever looked at.
+/// @throw ModelError when the tables would be too large, or variables depend on each other in a
+/// circle.
+SparseTables flatten(const FactoredModel& model, const FileLimits& limits);
 
 }  // namespace fabric::planner

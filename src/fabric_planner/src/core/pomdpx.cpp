@@ -1,76 +1,38 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "fabric_planner/pomdpx.hpp"
 
-#include <tinyxml2.h>
-
 #include <algorithm>
-#include <charconv>
-#include <cmath>
 #include <filesystem>
-#include <functional>
 #include <set>
+#include <unordered_set>
 
+#include "decision_diagram.hpp"
 #include "factored_model.hpp"
+#include "file.hpp"
 #include "text.hpp"
+#include "xml.hpp"
 
 namespace fabric::planner {
 namespace {
 
-using tinyxml2::XMLElement;
+using xml::attribute;
+using xml::child;
+using xml::onlyWord;
+using xml::refuse;
+using xml::words;
+using xml::XMLElement;
 using Names = std::vector<std::string>;
-
-[[noreturn]] void refuse(const XMLElement& at, const std::string& what) {
-  throw ModelError("line " + std::to_string(at.GetLineNum()) + ": " + what);
-}
-
-/// The words inside an element; comments between them do not count.
-Names words(const XMLElement& element) {
-  std::string all;
-  for (const auto* node = element.FirstChild(); node != nullptr; node = node->NextSibling()) {
-    if (const auto* chars = node->ToText()) all += std::string(" ") + chars->Value();
-    if (const auto* child = node->ToElement()) {
-      refuse(*child, std::string("unexpected <") + child->Name() + "> in <" + element.Name() + ">");
-    }
-  }
-  return split(all);
-}
-
-const XMLElement& child(const XMLElement& parent, const char* name) {
-  const auto* found = parent.FirstChildElement(name);
-  if (found == nullptr) {
-    refuse(parent, std::string("<") + parent.Name() + "> has no <" + name + ">");
-  }
-  if (const auto* second = found->NextSiblingElement(name)) {
-    refuse(*second, std::string("a second <") + name + "> in <" + parent.Name() + ">");
-  }
-  return *found;
-}
-
-std::string attribute(const XMLElement& element, const char* name) {
-  const char* value = element.Attribute(name);
-  const auto tokens = split(value == nullptr ? "" : value);
-  if (tokens.size() != 1) {
-    refuse(element, std::string("<") + element.Name() + "> needs " + name + "=\"one name\"");
-  }
-  return tokens[0];
-}
-
-std::string onlyWord(const XMLElement& element) {
-  const auto found = words(element);
-  if (found.size() != 1) {
-    refuse(element, std::string("<") + element.Name() + "> needs exactly one word");
-  }
-  return found[0];
-}
 
 /// Reads one POMDPX document into a FactoredModel.
 class Reader {
  public:
-  Reader(const XMLElement& root, bool normalise) : root_(root), normalise_(normalise) {}
+  Reader(const XMLElement& root, bool normalise, const FileLimits& limits)
+      : root_(root), normalise_(normalise), limits_(limits) {}
 
   FactoredModel run() {
     checkSections();
     readDiscount();
+    readHorizon();
     readVariables();
     readConditionals("InitialStateBelief", "b", model_.initial, model_.states);
     readConditionals("StateTransitionFunction", "T", model_.transition, model_.states);
@@ -86,29 +48,36 @@ class Reader {
  private:
   void checkSections() const {
     static const std::set<std::string> KNOWN = {
-        "Description", "Discount",      "Variable", "InitialStateBelief", "StateTransitionFunction",
+        "Description", "Discount",           "Horizon",
+        "Variable",    "InitialStateBelief", "StateTransitionFunction",
         "ObsFunction", "RewardFunction"};
-    if (std::string(root_.Name()) != "pomdpx") {
-      refuse(root_, std::string("<") + root_.Name() + "> instead of <pomdpx>");
-    }
-    for (const auto* e = root_.FirstChildElement(); e != nullptr; e = e->NextSiblingElement()) {
-      if (KNOWN.count(e->Name()) == 0) refuse(*e, std::string("unknown <") + e->Name() + ">");
+    for (const auto* e : xml::children(root_)) {
+      if (KNOWN.count(e->Name()) == 0) xml::refuseUnknown(*e);
     }
   }
 
   void readDiscount() {
     const auto& element = child(root_, "Discount");
+    const auto place = [&] {
+      return "line " + std::to_string(element.GetLineNum()) + ": Discount";
+    };
+    model_.discount = number(onlyWord(element), place);
+  }
+
+  void readHorizon() const {
+    static const std::set<std::string> ENDLESS = {"inf", "infinite", "infinity", "-1"};
+    if (root_.FirstChildElement("Horizon") == nullptr) return;
+    const auto& element = child(root_, "Horizon");
     const auto word = onlyWord(element);
-    const char* end = word.data() + word.size();
-    const auto [stop, error] = std::from_chars(word.data(), end, model_.discount);
-    if (error != std::errc() || stop != end) {
-      refuse(element, "Discount: '" + word + "' is not a number");
+    if (ENDLESS.count(word) == 0) {
+      refuse(element,
+             "Horizon '" + word + "': only models that go on for ever (infinite) are read");
     }
   }
 
   void readVariables() {
     const auto& section = child(root_, "Variable");
-    for (const auto* e = section.FirstChildElement(); e != nullptr; e = e->NextSiblingElement()) {
+    for (const auto* e : xml::children(section)) {
       const std::string kind = e->Name();
       if (kind == "StateVar") {
         model_.states.push_back(readStateVariable(*e));
@@ -119,7 +88,7 @@ class Reader {
       } else if (kind == "RewardVar") {
         model_.rewards.push_back(freshName(*e, attribute(*e, "vname")));
       } else {
-        refuse(*e, "unknown <" + kind + "> in <Variable>");
+        xml::refuseUnknown(*e);
       }
     }
     if (model_.states.empty()) refuse(section, "Variable: no StateVar");
@@ -140,32 +109,40 @@ class Reader {
   Variable readVariable(const XMLElement& element, const char* key, const char* prefix) {
     Variable variable;
     variable.name = freshName(element, attribute(element, key));
+    std::vector<std::string> values;
     if (element.FirstChildElement("NumValues") != nullptr) {
-      const auto& counted = child(element, "NumValues");
-      const auto word = onlyWord(counted);
-      int n = 0;
-      const auto [stop, error] = std::from_chars(word.data(), word.data() + word.size(), n);
-      if (error != std::errc() || stop != word.data() + word.size() || n < 1 || n > 1000000) {
-        refuse(counted, variable.name + ": NumValues '" + word + "' is not a count");
+      for (int i = 0; i < readCount(variable.name, child(element, "NumValues")); ++i) {
+        values.push_back(prefix + std::to_string(i));
       }
-      for (int i = 0; i < n; ++i) variable.values.push_back(prefix + std::to_string(i));
     } else {
-      variable.values = words(child(element, "ValueEnum"));
+      values = words(child(element, "ValueEnum"));
     }
-    checkValues(element, variable);
+    checkValues(element, variable.name, values);
+    variable.domain = std::make_shared<const Domain>(std::move(values));
     return variable;
   }
 
-  static void checkValues(const XMLElement& element, const Variable& variable) {
-    if (variable.values.empty()) refuse(element, variable.name + ": no values");
-    std::set<std::string> seen;
-    for (const auto& value : variable.values) {
+  [[nodiscard]] int readCount(const std::string& name, const XMLElement& element) const {
+    const auto word = onlyWord(element);
+    size_t n = 0;
+    const char* end = word.data() + word.size();
+    const auto [stop, error] = std::from_chars(word.data(), end, n);
+    if (error != std::errc() || stop != end || n < 1 || n > limits_.values) {
+      refuse(element, name + ": NumValues '" + word + "' is not a count in 1.." +
+                          std::to_string(limits_.values));
+    }
+    return static_cast<int>(n);
+  }
+
+  static void checkValues(const XMLElement& element, const std::string& name,
+                          const std::vector<std::string>& values) {
+    if (values.empty()) refuse(element, name + ": no values");
+    std::unordered_set<std::string> seen;
+    for (const auto& value : values) {
       if (value == "*" || value == "-") {
-        refuse(element, variable.name + ": '" + value + "' cannot name a value");
+        refuse(element, name + ": '" + value + "' cannot name a value");
       }
-      if (!seen.insert(value).second) {
-        refuse(element, variable.name + ": '" + value + "' is named twice");
-      }
+      if (!seen.insert(value).second) refuse(element, name + ": '" + value + "' is named twice");
     }
   }
 
@@ -174,105 +151,155 @@ class Reader {
     return name;
   }
 
-  /// Reads every CondProb of a section: exactly one for each of the variables.
-  void readConditionals(const char* section_name, const std::string& letter,
-                        std::vector<Factor>& factors, const std::vector<Variable>& variables) {
-    const auto& section = child(root_, section_name);
-    std::set<std::string> done;
-    for (const auto* e = section.FirstChildElement(); e != nullptr; e = e->NextSiblingElement()) {
-      if (std::string(e->Name()) != "CondProb") {
-        refuse(*e, std::string("unknown <") + e->Name() + "> in <" + section_name + ">");
+  /// All elements of all sections of that name; each must be of one kind.
+  std::vector<const XMLElement*> inSections(const char* name, const char* kind) const {
+    std::vector<const XMLElement*> all;
+    const auto* section = root_.FirstChildElement(name);
+    if (section == nullptr) refuse(root_, std::string("<pomdpx> has no <") + name + ">");
+    for (; section != nullptr; section = section->NextSiblingElement(name)) {
+      for (const auto* e : xml::children(*section)) {
+        if (std::string(e->Name()) != kind) xml::refuseUnknown(*e);
+        all.push_back(e);
       }
-      const auto var = onlyWord(child(*e, "Var"));
-      if (!done.insert(var).second) refuse(*e, "a second CondProb for '" + var + "'");
-      factors.push_back(readFactor(*e, letter, var, "ProbTable"));
+    }
+    return all;
+  }
+
+  /// Reads every CondProb of a section: each of the variables is Var of exactly one.
+  void readConditionals(const char* section, const std::string& letter,
+                        std::vector<Factor>& factors, const std::vector<Variable>& variables) {
+    std::set<std::string> done;
+    for (const auto* e : inSections(section, "CondProb")) {
+      factors.push_back(readFactor(*e, letter, words(child(*e, "Var"))));
+      const auto& axes = factors.back().axes();
+      for (size_t i = factors.back().numParents(); i < axes.size(); ++i) {
+        if (!done.insert(axes[i].name).second) {
+          refuse(*e, "a second CondProb for '" + axes[i].name + "'");
+        }
+      }
       try {
         factors.back().checkRows(normalise_);
       } catch (const ModelError& error) {
-        refuse(*e, std::string(section_name) + ": " + error.what());
+        refuse(*e, std::string(section) + ": " + error.what());
       }
     }
     for (const auto& variable : variables) {
       const auto& name = letter == "b" ? variable.previous : variable.name;
       if (done.count(name) == 0) {
-        refuse(section, std::string(section_name) + ": no CondProb for '" + name + "'");
+        refuse(*root_.FirstChildElement(section),
+               std::string(section) + ": no CondProb for '" + name + "'");
       }
     }
   }
 
   void readRewards() {
-    const auto& section = child(root_, "RewardFunction");
-    for (const auto* e = section.FirstChildElement(); e != nullptr; e = e->NextSiblingElement()) {
-      if (std::string(e->Name()) != "Func") {
-        refuse(*e, std::string("unknown <") + e->Name() + "> in <RewardFunction>");
-      }
+    for (const auto* e : inSections("RewardFunction", "Func")) {
       const auto var = onlyWord(child(*e, "Var"));
       if (std::find(model_.rewards.begin(), model_.rewards.end(), var) == model_.rewards.end()) {
         refuse(*e, "RewardFunction: unknown reward variable '" + var + "'");
       }
-      model_.reward.push_back(readFactor(*e, "R", "", "ValueTable"));
+      model_.reward.push_back(readFactor(*e, "R", {}));
     }
-    if (model_.reward.empty()) refuse(section, "RewardFunction: no Func");
+    if (model_.reward.empty()) {
+      refuse(*root_.FirstChildElement("RewardFunction"), "RewardFunction: no Func");
+    }
   }
 
-  /// child_name: the variable the rows run over, empty for rewards.
-  Factor readFactor(const XMLElement& element, const std::string& letter,
-                    const std::string& child_name, const char* table_name) {
+  /// vars: the variables the rows run over, none for rewards.
+  Factor readFactor(const XMLElement& element, const std::string& letter, const Names& vars) {
+    const auto& parameter = child(element, "Parameter");
+    const char* given = parameter.Attribute("type");
+    const std::string type = given == nullptr ? "TBL" : given;
+    if (type != "TBL" && type != "DD") {
+      refuse(parameter, "Parameter type '" + type + "' is not supported, only TBL and DD");
+    }
     std::vector<Axis> axes;
     for (const auto& parent : words(child(element, "Parent"))) {
-      if (parent != "null") axes.push_back(axis(element, letter, parent, false));
+      if (parent != "null") addAxis(axes, element, letter, parent, false);
     }
-    if (!child_name.empty()) axes.push_back(axis(element, letter, child_name, true));
-    const auto& parameter = child(element, "Parameter");
-    const char* type = parameter.Attribute("type");
-    if (type != nullptr && std::string(type) != "TBL") {
-      refuse(parameter, std::string("Parameter type '") + type + "' is not supported, only TBL");
-    }
-    Factor factor(letter, axes);
-    for (const auto* e = parameter.FirstChildElement(); e != nullptr; e = e->NextSiblingElement()) {
-      if (std::string(e->Name()) != "Entry") {
-        refuse(*e, std::string("unknown <") + e->Name() + "> in <Parameter>");
-      }
-      const auto instance = words(child(*e, "Instance"));
-      const auto table = words(child(*e, table_name));
-      try {
-        factor.addEntry(instance, table);
-      } catch (const ModelError& error) {
-        refuse(*e, std::string(element.Parent()->Value()) + ": " + error.what());
-      }
+    const size_t parents = axes.size();
+    if (vars.empty() && letter != "R") refuse(element, "<Var> names no variable");
+    for (const auto& var : vars) addAxis(axes, element, letter, var, true);
+    if (type == "DD" && letter != "R") addHiddenChildren(parameter, letter, axes);
+    Factor factor(letter, axes, axes.size() - parents, limits_.entries);
+    if (type == "DD") {
+      readDiagram(parameter, factor, [this](const std::string& name) { return previousOf(name); });
+    } else {
+      readTable(parameter, letter == "R" ? "ValueTable" : "ProbTable", factor);
     }
     return factor;
   }
 
+  static void readTable(const XMLElement& parameter, const char* table_name, Factor& factor) {
+    for (const auto* e : xml::children(parameter)) {
+      if (std::string(e->Name()) != "Entry") xml::refuseUnknown(*e);
+      const auto instance = words(child(*e, "Instance"));
+      const auto table = xml::content(child(*e, table_name));
+      try {
+        factor.addEntry(instance, table);
+      } catch (const ModelError& error) {
+        refuse(*e, std::string(parameter.Parent()->Parent()->Value()) + ": " + error.what());
+      }
+    }
+  }
+
+  /// The format's own example gives a joint distribution as a diagram whose nodes ask for more
+  /// variables than <Var> names: those are children too.
+  void addHiddenChildren(const XMLElement& inside, const std::string& letter,
+                         std::vector<Axis>& axes) const {
+    for (const auto* e : xml::children(inside)) {
+      const char* name = e->Attribute("var");
+      const auto known = [&](const Axis& axis) { return axis.name == name; };
+      if (name != nullptr && std::none_of(axes.begin(), axes.end(), known) &&
+          isChild(letter, find(name))) {
+        axes.push_back(find(name));
+      }
+      addHiddenChildren(*e, letter, axes);
+    }
+  }
+
+  [[nodiscard]] std::string previousOf(const std::string& name) const {
+    for (const auto& state : model_.states) {
+      if (state.name == name) return state.previous;
+    }
+    return "";
+  }
+
+  static bool isChild(const std::string& letter, const Axis& axis) {
+    return axis.variable >= 0 && ((letter == "b" && axis.role == Role::PREVIOUS) ||
+                                  (letter == "T" && axis.role == Role::CURRENT) ||
+                                  (letter == "O" && axis.role == Role::OBSERVATION));
+  }
+
   /// Finds a variable by name and checks that the section may speak of it.
-  [[nodiscard]] Axis axis(const XMLElement& at, const std::string& letter, const std::string& name,
-                          bool is_child) const {
+  void addAxis(std::vector<Axis>& axes, const XMLElement& at, const std::string& letter,
+               const std::string& name, bool is_child) const {
     const auto found = find(name);
-    const bool child_ok = (letter == "b" && found.role == Role::PREVIOUS) ||
-                          (letter == "T" && found.role == Role::CURRENT) ||
-                          (letter == "O" && found.role == Role::OBSERVATION);
+    const std::string section = at.Parent()->Value();
+    const bool child_ok = isChild(letter, found);
     const bool parent_ok = letter == "R" || child_ok ||
                            (letter != "b" && found.role == Role::ACTION) ||
                            (letter == "T" && found.role == Role::PREVIOUS) ||
                            (letter == "O" && found.role == Role::CURRENT);
-    if (found.variable < 0) {
-      refuse(at, std::string(at.Parent()->Value()) + ": unknown variable '" + name + "'");
-    }
+    if (found.variable < 0) refuse(at, section + ": unknown variable '" + name + "'");
     if (is_child ? !child_ok : !parent_ok) {
-      refuse(at, std::string(at.Parent()->Value()) + ": variable '" + name +
+      refuse(at, section + ": variable '" + name +
                      (is_child ? "' cannot be its Var" : "' cannot be a Parent here"));
     }
-    return found;
+    for (const auto& axis : axes) {
+      if (axis.name == name) refuse(at, section + ": variable '" + name + "' is named twice");
+    }
+    axes.push_back(found);
   }
 
   [[nodiscard]] Axis find(const std::string& name) const {
     const auto search = [&](const std::vector<Variable>& group, Role role, bool previous) {
       for (size_t i = 0; i < group.size(); ++i) {
         if ((previous ? group[i].previous : group[i].name) == name) {
-          return Axis{role, static_cast<int>(i), name, group[i].values};
+          return Axis{role, static_cast<int>(i), name, group[i].domain};
         }
       }
-      return Axis{role, -1, name, {}};
+      return Axis{role, -1, name, nullptr};
     };
     Axis found = search(model_.actions, Role::ACTION, false);
     if (found.variable < 0) found = search(model_.states, Role::PREVIOUS, true);
@@ -283,51 +310,28 @@ class Reader {
 
   const XMLElement& root_;
   bool normalise_;
+  const FileLimits& limits_;
   FactoredModel model_;
   std::set<std::string> names_;
 };
 
-/// tinyxml2 lets some things pass that XML forbids: `--` in a comment (mostly an entry meant to be
-/// commented out, so that what the file says is in doubt) and a second root.
-void checkWellFormed(const tinyxml2::XMLNode& node) {
-  const auto* comment = node.ToComment();
-  const std::string body = comment == nullptr ? "" : comment->Value();
-  const auto dashes = body.find("--");
-  if (dashes != std::string::npos || (!body.empty() && body.back() == '-')) {
-    const auto lines =
-        std::count(body.begin(),
-                   body.begin() + static_cast<std::ptrdiff_t>(std::min(dashes, body.size())), '\n');
-    throw ModelError("line " + std::to_string(node.GetLineNum() + lines) +
-                     ": not well-formed XML ('--' inside a comment)");
-  }
-  for (const auto* e = node.FirstChild(); e != nullptr; e = e->NextSibling()) checkWellFormed(*e);
-}
-
-FactoredModel readDocument(const std::string& path, bool normalise) {
-  if (!std::filesystem::is_regular_file(path)) throw ModelError("no such file");
-  tinyxml2::XMLDocument document;
-  if (document.LoadFile(path.c_str()) != tinyxml2::XML_SUCCESS) {
-    const std::string kind = tinyxml2::XMLDocument::ErrorIDToName(document.ErrorID());
-    throw ModelError("line " + std::to_string(document.ErrorLineNum()) + ": not well-formed XML (" +
-                     kind + ")");
-  }
-  checkWellFormed(document);
-  const auto* root = document.RootElement();
-  if (root == nullptr) throw ModelError("no <pomdpx> element");
-  if (const auto* second = root->NextSiblingElement()) refuse(*second, "a second root element");
-  FactoredModel model = Reader(*root, normalise).run();
-  model.name = std::filesystem::path(path).stem().string();
-  return model;
-}
-
 }  // namespace
 
-Pomdp loadPomdpx(const std::string& path, bool normalise) {
-  try {
-    return Pomdp(flatten(readDocument(path, normalise)));
-  } catch (const ModelError& error) {
-    throw ModelError(path + ": " + error.what());
+Pomdp parsePomdpx(std::string_view bytes, const std::string& name, bool normalise,
+                  const FileLimits& limits) {
+  FactoredModel model;
+  {
+    tinyxml2::XMLDocument document;
+    model = Reader(xml::parse(document, bytes, "pomdpx"), normalise, limits).run();
   }
+  model.name = name;
+  return Pomdp(flatten(model, limits));
+}
+
+Pomdp loadPomdpx(const std::string& path, bool normalise) {
+  return loadWith(path, [&](const std::string& bytes, const std::string& name) {
+    return parsePomdpx(bytes, name, normalise);
+  });
 }
 
 }  // namespace fabric::planner

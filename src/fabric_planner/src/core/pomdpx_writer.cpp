@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <tinyxml2.h>
 
-#include <charconv>
+#include <algorithm>
 
 #include "fabric_planner/pomdpx.hpp"
 #include "text.hpp"
@@ -10,13 +10,6 @@ namespace fabric::planner {
 namespace {
 
 using tinyxml2::XMLPrinter;
-
-/// The shortest digits that read back as the same number.
-std::string digits(double value) {
-  char buffer[32];
-  const auto end = std::to_chars(buffer, buffer + sizeof buffer, value).ptr;
-  return std::string(buffer, end);
-}
 
 void leaf(XMLPrinter& xml, const char* name, const std::string& content) {
   xml.OpenElement(name);
@@ -29,6 +22,11 @@ std::string numbers(const Row& row) {
   std::vector<std::string> tokens;
   for (Eigen::Index i = 0; i < row.size(); ++i) tokens.push_back(digits(row(i)));
   return join(tokens, " ");
+}
+
+/// A row is listed whole when that is shorter than one entry for each number.
+bool isDense(Eigen::Index numbers, Eigen::Index columns) {
+  return columns <= 24 || 8 * numbers > columns;
 }
 
 void entry(XMLPrinter& xml, const std::string& instance, const char* table,
@@ -89,11 +87,25 @@ void writeVariables(XMLPrinter& xml, const Pomdp& model, bool observed) {
   xml.CloseElement();
 }
 
-void writeRows(XMLPrinter& xml, const Pomdp& model, const std::string& action,
-               const SparseRows& table) {
+bool anySparse(const SparseRows& table) {
   for (Eigen::Index s = 0; s < table.rows(); ++s) {
-    entry(xml, action + " " + model.states()[static_cast<size_t>(s)] + " -", "ProbTable",
-          numbers(Eigen::RowVectorXd(table.row(s))));
+    if (!isDense(table.row(s).nonZeros(), table.cols())) return true;
+  }
+  return false;
+}
+
+void writeRows(XMLPrinter& xml, const Pomdp& model, const std::string& action,
+               const SparseRows& table, const std::vector<std::string>& columns) {
+  if (anySparse(table)) entry(xml, action + " * *", "ProbTable", "0");
+  for (Eigen::Index s = 0; s < table.rows(); ++s) {
+    const std::string row = action + " " + model.states()[static_cast<size_t>(s)] + " ";
+    if (isDense(table.row(s).nonZeros(), table.cols())) {
+      entry(xml, row + "-", "ProbTable", numbers(Eigen::RowVectorXd(table.row(s))));
+      continue;
+    }
+    for (SparseRows::InnerIterator it(table, s); it; ++it) {
+      entry(xml, row + columns[static_cast<size_t>(it.col())], "ProbTable", digits(it.value()));
+    }
   }
 }
 
@@ -103,13 +115,14 @@ void writeTables(XMLPrinter& xml, const Pomdp& model, bool observed) {
   endTable(xml);
   beginTable(xml, "StateTransitionFunction", "CondProb", "state_1", "action state_0");
   for (int a = 0; a < model.numActions(); ++a) {
-    writeRows(xml, model, model.actions()[static_cast<size_t>(a)], model.T(a));
+    writeRows(xml, model, model.actions()[static_cast<size_t>(a)], model.T(a), model.states());
   }
   endTable(xml);
   if (!observed) {
     beginTable(xml, "ObsFunction", "CondProb", "observation", "action state_1");
     for (int a = 0; a < model.numActions(); ++a) {
-      writeRows(xml, model, model.actions()[static_cast<size_t>(a)], SparseRows(model.O(a)));
+      writeRows(xml, model, model.actions()[static_cast<size_t>(a)], SparseRows(model.O(a)),
+                model.observations());
     }
     endTable(xml);
   }
@@ -121,23 +134,51 @@ void writeTables(XMLPrinter& xml, const Pomdp& model, bool observed) {
   endTable(xml);
 }
 
+/// Names the reader would take for something else.
+void checkNames(const std::string& kind, const std::vector<std::string>& names) {
+  for (const auto& name : names) {
+    const bool control = std::any_of(name.begin(), name.end(), [](char c) {
+      return static_cast<unsigned char>(c) < 32 || c == 127;
+    });
+    if (name == "*" || name == "-" || control) {
+      throw ModelError(kind + " '" + name + "': POMDPX has no place for such a name");
+    }
+  }
+}
+
+void checkExpressible(const Pomdp& model) {
+  if (model.allowed().size() > 0 && !model.allowed().all()) {
+    throw ModelError("POMDPX has no place for actions that are allowed in some states only");
+  }
+  checkNames("state", model.states());
+  checkNames("action", model.actions());
+  checkNames("observation", model.observations());
+}
+
+void writeDocument(const Pomdp& model, std::FILE* file) {
+  XMLPrinter xml(file);
+  xml.PushHeader(false, true);
+  xml.OpenElement("pomdpx");
+  xml.PushAttribute("version", "1.0");
+  xml.PushAttribute("id", model.name().c_str());
+  leaf(xml, "Discount", digits(model.discount()));
+  const bool observed = observedAsItIs(model);
+  writeVariables(xml, model, observed);
+  writeTables(xml, model, observed);
+  xml.CloseElement();
+}
+
 }  // namespace
 
 void savePomdpx(const Pomdp& model, const std::string& path) {
+  try {
+    checkExpressible(model);
+  } catch (const ModelError& error) {
+    throw ModelError(path + ": " + error.what());
+  }
   std::FILE* file = std::fopen(path.c_str(), "w");
   if (file == nullptr) throw ModelError(path + ": cannot be written");
-  {
-    XMLPrinter xml(file);
-    xml.PushHeader(false, true);
-    xml.OpenElement("pomdpx");
-    xml.PushAttribute("version", "1.0");
-    xml.PushAttribute("id", model.name().c_str());
-    leaf(xml, "Discount", digits(model.discount()));
-    const bool observed = observedAsItIs(model);
-    writeVariables(xml, model, observed);
-    writeTables(xml, model, observed);
-    xml.CloseElement();
-  }
+  writeDocument(model, file);
   const bool failed = std::ferror(file) != 0;
   if (std::fclose(file) != 0 || failed) throw ModelError(path + ": cannot be written");
 }

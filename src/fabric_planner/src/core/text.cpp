@@ -4,12 +4,23 @@
 #include <sstream>
 
 namespace fabric::planner {
+namespace {
+
+constexpr const char* BLANKS = " \t\r\n\v\f";
+
+}  // namespace
 
 std::string text(double value) {
   std::ostringstream out;
   out.precision(10);
   out << value;
   return out.str();
+}
+
+std::string digits(double value) {
+  char buffer[32];
+  const auto end = std::to_chars(buffer, buffer + sizeof buffer, value).ptr;
+  return std::string(buffer, end);
 }
 
 std::string join(const std::vector<std::string>& words, const std::string& separator) {
@@ -19,10 +30,19 @@ std::string join(const std::vector<std::string>& words, const std::string& separ
 }
 
 std::vector<std::string> split(const std::string& line) {
-  std::istringstream in(line);
-  std::vector<std::string> words;
-  for (std::string word; in >> word;) words.push_back(word);
-  return words;
+  Words words(line);
+  std::vector<std::string> all;
+  for (auto word = words.next(); !word.empty(); word = words.next()) all.emplace_back(word);
+  return all;
+}
+
+std::string_view Words::next() {
+  const auto start = rest_.find_first_not_of(BLANKS);
+  if (start == std::string_view::npos) return rest_ = {};
+  rest_.remove_prefix(start);
+  const auto word = rest_.substr(0, rest_.find_first_of(BLANKS));
+  rest_.remove_prefix(word.size());
+  return word;
 }
 
 }  // namespace fabric::planner
