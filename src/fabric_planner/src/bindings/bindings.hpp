@@ -10,6 +10,7 @@ void bindPomdp(pybind11::module_& module);
 void bindFiles(pybind11::module_& module);
 void bindSolvers(pybind11::module_& module);
 void bindPlanner(pybind11::module_& module);
+void bindEvaluate(pybind11::module_& module);
 void bindDecision(pybind11::module_& module);
 void bindMotion(pybind11::module_& module);
 

@@ -7,6 +7,7 @@ PYBIND11_MODULE(_core, module) {
   fabric::planner::bindFiles(module);
   fabric::planner::bindSolvers(module);
   fabric::planner::bindPlanner(module);
+  fabric::planner::bindEvaluate(module);
   fabric::planner::bindDecision(module);
   fabric::planner::bindMotion(module);
 }
