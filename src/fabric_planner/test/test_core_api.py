@@ -112,6 +112,35 @@ def test_model_error_is_a_value_error_that_names_the_place():
     assert isinstance(error.value, ValueError)
 
 
+def with_rewards(rewards):
+    model = tiger()
+    return fp.Pomdp(
+        model.states, model.actions, model.observations, model.transition, model.observation,
+        rewards, model.discount, model.initial_belief,
+    )  # fmt: skip
+
+
+def test_rewards_of_next_state_and_observation_are_kept_as_their_expectation():
+    rng = np.random.default_rng(1)
+    full = rng.normal(size=(3, 2, 2, 2))
+    model = tiger()
+    expected = np.einsum("asn,ano,asno->as", model.transition, model.observation, full)
+    np.testing.assert_allclose(with_rewards(full).reward, expected, atol=1e-12)
+    expected = np.einsum("asn,asn->as", model.transition, full[..., 0])
+    np.testing.assert_allclose(with_rewards(full[..., 0]).reward, expected, atol=1e-12)
+
+
+def test_bad_rewards_are_refused_by_place():
+    with pytest.raises(fp.ModelError, match="R has 3 entries in dimension 3, expected 2"):
+        with_rewards(np.zeros((3, 2, 2, 3)))
+    with pytest.raises(fp.ModelError, match="R has 1 dimensions, expected 2, 3 or 4"):
+        with_rewards(np.zeros(3))
+    bad = np.zeros((3, 2, 2))
+    bad[1, 1, 0] = np.nan
+    with pytest.raises(fp.ModelError, match=r"R\[open_left\] at right is NaN"):
+        with_rewards(bad)
+
+
 def test_the_filter_says_when_it_recovered():
     model = fp.Pomdp(
         ["a", "b"], ["wait"], ["see_a", "see_b"], np.eye(2)[None], np.eye(2)[None],

@@ -10,6 +10,7 @@
 #include "bindings.hpp"
 #include "fabric_planner/belief_filter.hpp"
 #include "fabric_planner/pomdp.hpp"
+#include "rewards.hpp"
 
 namespace py = pybind11;
 using py::literals::operator""_a;
@@ -46,8 +47,18 @@ std::vector<Table> toTables(const py::object& given, const std::string& element)
   return tables;
 }
 
+/// (A, S), as given or as the expectation over next states and observations.
+Eigen::MatrixXd toRewards(const Array& R, const SparseTables& tables) {
+  if (R.ndim() == 2) return Eigen::Map<const RowMajor>(R.data(), R.shape(0), R.shape(1));
+  SparseTables without = tables;
+  without.R = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(tables.actions.size()),
+                                    static_cast<Eigen::Index>(tables.states.size()));
+  const Pomdp checked(std::move(without));
+  return RewardArray(R, checked).expected();
+}
+
 std::shared_ptr<Pomdp> makePomdp(Names states, Names actions, Names observations,
-                                 const py::object& T, const py::object& O, const Eigen::MatrixXd& R,
+                                 const py::object& T, const py::object& O, const Array& R,
                                  double discount, const Eigen::VectorXd& initial_belief,
                                  std::string name, const std::optional<Flags>& allowed) {
   SparseTables tables;
@@ -57,10 +68,10 @@ std::shared_ptr<Pomdp> makePomdp(Names states, Names actions, Names observations
   tables.observations = std::move(observations);
   tables.T = toTables<SparseRows>(T, "T");
   tables.O = toTables<SparseColumns>(O, "O");
-  tables.R = R;
   tables.discount = discount;
   tables.initial_belief = initial_belief;
   if (allowed) tables.allowed = *allowed;
+  tables.R = toRewards(R, tables);
   py::gil_scoped_release release;
   return std::make_shared<Pomdp>(std::move(tables));
 }
@@ -94,7 +105,7 @@ void bindModel(py::module_& module) {
       .def(py::init(&makePomdp), "states"_a, "actions"_a, "observations"_a, "T"_a, "O"_a, "R"_a,
            "discount"_a, "initial_belief"_a, "name"_a = "model", "allowed"_a = py::none(),
            "T: (A, S, S') P(s'|s,a); O: (A, S', O) P(o|a,s'), each an array or a list of A SciPy\n"
-           "sparse matrices; R: (A, S) expected reward;\n"
+           "sparse matrices; R: (A, S), (A, S, S') or (A, S, S', O) reward;\n"
            "discount in (0, 1]; initial_belief: (S,), sums to 1; allowed: (A, S) bool, which\n"
            "actions may be taken, None for all. Raises ModelError naming the element, row and "
            "value\n"
