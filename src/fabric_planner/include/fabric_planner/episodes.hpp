@@ -42,7 +42,7 @@ namespace generative {
 template <class Planner, class = void>
 struct KeepsTree : std::false_type {};
 template <class Planner>
-struct KeepsTree<Planner, std::void_t<decltype(std::declval<Planner&>().update(0, Observation{}))>>
+struct KeepsTree<Planner, std::void_t<decltype(std::declval<Planner&>().advance(0, Observation{}))>>
     : std::true_type {};
 
 }  // namespace generative
@@ -51,7 +51,7 @@ struct KeepsTree<Planner, std::void_t<decltype(std::declval<Planner&>().update(0
 ///
 /// The true state and its random numbers are the same for every planner that is given the same
 /// seed and does the same. The belief starts at its initial one. planner.reset(seed) is called
-/// first; a planner that keeps its tree is told planner.update(action, observation).
+/// first; a planner that keeps its tree is told planner.advance(action, observation).
 template <class Model, class Planner>
 Episode runEpisode(const Model& model, Planner& planner, Belief<typename Model::State>& belief,
                    std::uint64_t seed, const EpisodeOptions& options = {}) {
@@ -79,7 +79,7 @@ Episode runEpisode(const Model& model, Planner& planner, Belief<typename Model::
     belief.update(decision.action, step.observation);
     episode.belief_time += threadTime() - stepped;
     if constexpr (generative::KeepsTree<Planner>::value) {
-      planner.update(decision.action, step.observation);
+      planner.advance(decision.action, step.observation);
     }
   }
   episode.recoveries = belief.recoveries();

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <memory>
@@ -40,6 +41,10 @@ struct LaserTagOptions {
 /// Eight beams (N, E, S, W, NE, SE, SW, NW) measure the distance to the next wall, obstacle or
 /// opponent, 1 for the adjacent cell and sqrt(2) along diagonals, with noise of 2.5 cells; on the
 /// opponent's cell the observation says just that.
+///
+/// With so many observations every scenario of Despot soon has a branch of its own, in which
+/// nothing is hidden any more. A high price of policy nodes (regularisation 1) keeps it from
+/// believing what it finds there.
 class LaserTag {
  public:
   /// Free cells are numbered row by row; opponent == numCells() means tagged.
@@ -82,16 +87,23 @@ class LaserTag {
                                               Observation observation) const;
   /// Value of the state if both cells were seen at every step.
   [[nodiscard]] double upperBound(const State& state) const {
-    return isTerminal(state) ? 0.0 : value_[pair(state)];
+    return isTerminal(state) ? 0.0 : static_cast<double>(best(seen_[pair(state)]));
   }
   /// Adds, for each action, its value if both cells were seen from the next step on (QMDP).
   void addUpperBounds(const State& state, double* sums) const {
     if (isTerminal(state)) return;
-    const auto& values = action_values_[pair(state)];
+    const auto& values = seen_[pair(state)];
     for (std::size_t a = 0; a < NUM_ACTIONS; ++a) sums[a] += values[a];
   }
-  /// The best action if both cells were seen from the next step on: the chase.
-  [[nodiscard]] int defaultAction(const State* states, int count) const;
+  /// The chase: the best action for a robot that will see both cells but only seldom act on it.
+  [[nodiscard]] int defaultAction(const State* states, int count) const {
+    return lowerBound(states, count).action;
+  }
+  /// The value of the chase if at every later step the robot saw both cells and did what is best
+  /// with probability 0.15, and else moved at random. That is no policy that can be run, but what
+  /// cannot be seen costs about as much: a cautious guess, which makes the robot go where it can
+  /// hardly lose instead of where it would win if it could see.
+  [[nodiscard]] LowerBound lowerBound(const State* states, int count) const;
   [[nodiscard]] double lowerBoundAtHorizon(const State& state) const {
     return isTerminal(state) ? 0.0 : -1.0 / (1.0 - discount());
   }
@@ -115,8 +127,12 @@ class LaserTag {
     std::array<std::uint8_t, 5> cells;  ///< x away, x other, y away, y other, stay
     std::array<float, 4> until;         ///< cumulated probabilities
   };
-  using Beams = std::array<std::uint8_t, NUM_BEAMS>;  ///< index into distances_
+  using ActionValues = std::vector<std::array<float, 8>>;  ///< (5,) used, a pair of cells each
+  using Beams = std::array<std::uint8_t, NUM_BEAMS>;       ///< index into distances_
 
+  static float best(const std::array<float, 8>& values) {
+    return *std::max_element(values.begin(), values.begin() + NUM_ACTIONS);
+  }
   static std::size_t index(int i) { return static_cast<std::size_t>(i); }
   [[nodiscard]] std::size_t pair(State s) const {
     return static_cast<std::size_t>(s.robot) * index(num_cells_) + s.opponent;
@@ -128,8 +144,9 @@ class LaserTag {
   void makeFlights();
   void makeBeams();
   void makeReadings();
-  void solve();
-  double backUp(int robot, int opponent, double gamma);
+  [[nodiscard]] ActionValues solve(double wandering) const;
+  [[nodiscard]] std::array<double, 8> backUp(int robot, int opponent,
+                                             const std::vector<double>& values) const;
   [[nodiscard]] Flight flightOf(int robot, int opponent) const;
   [[nodiscard]] Beams beamsOf(int robot, int opponent) const;
   [[nodiscard]] Observation readings(State state, Random random) const;
@@ -144,8 +161,8 @@ class LaserTag {
   std::vector<double> distances_;
   std::vector<std::array<std::int32_t, NUM_READINGS>> thresholds_;  ///< a distance each
   std::vector<std::array<float, NUM_READINGS>> probabilities_;      ///< a distance each
-  std::vector<double> value_;                                       ///< a pair of cells each
-  std::vector<std::array<float, 8>> action_values_;                 ///< a pair of cells each
+  ActionValues seen_;   ///< both cells seen from the next step on
+  ActionValues chase_;  ///< the same, seldom acted on
 };
 
 /// The exact belief over both cells; it costs less than a cloud of 1,000 particles. An observation

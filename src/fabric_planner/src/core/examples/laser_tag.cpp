@@ -17,6 +17,8 @@ constexpr std::array<std::array<int, 2>, 8> DIRECTIONS = {
 constexpr double MOVE_REWARD = -1.0;
 constexpr double TAG_REWARD = 10.0;
 constexpr double FALSE_TAG_REWARD = -10.0;
+constexpr double WANDERING = 0.85;
+constexpr double PRECISION = 1e-6;
 constexpr double HALF = 2147483648.0;  // 2^31: thresholds are compared as signed integers
 
 int sign(int x) { return (x > 0) - (x < 0); }
@@ -69,7 +71,8 @@ LaserTag::LaserTag(LaserTagOptions options) : options_(options) {
   makeFlights();
   makeBeams();
   makeReadings();
-  solve();
+  seen_ = solve(0.0);
+  chase_ = solve(WANDERING);
 }
 
 std::vector<std::string> LaserTag::actionNames() const {
@@ -224,52 +227,60 @@ void LaserTag::makeReadings() {
   }
 }
 
-/// Value iteration from above, so that every iterate bounds the value.
-void LaserTag::solve() {
-  const double gamma = discount();
-  value_.assign(flights_.size(), TAG_REWARD);
-  action_values_.assign(flights_.size(), {});
-  double change = 1.0;
-  while (change > 1e-6) {
+/// Value iteration from above, so that every iterate bounds the value; a robot that wanders takes a
+/// random move with that probability instead of the best action.
+LaserTag::ActionValues LaserTag::solve(double wandering) const {
+  std::vector<double> values(flights_.size(), TAG_REWARD);
+  ActionValues actions(flights_.size());
+  for (double change = 1.0; change > PRECISION;) {
     change = 0.0;
     for (int robot = 0; robot < num_cells_; ++robot) {
       for (int opponent = 0; opponent < num_cells_; ++opponent) {
-        const double best = backUp(robot, opponent, gamma);
-        double& value = value_[index(robot * num_cells_ + opponent)];
-        change = std::max(change, value - best);
-        value = best;
+        const auto at = index(robot * num_cells_ + opponent);
+        const auto q = backUp(robot, opponent, values);
+        const double best = *std::max_element(q.begin(), q.begin() + NUM_ACTIONS);
+        const double moves = 0.25 * (q[0] + q[1] + q[2] + q[3]);
+        const double value = (1.0 - wandering) * best + wandering * moves;
+        change = std::max(change, values[at] - value);
+        values[at] = value;
+        std::copy(q.begin(), q.end(), actions[at].begin());
       }
     }
   }
+  return actions;
 }
 
-double LaserTag::backUp(int robot, int opponent, double gamma) {
+std::array<double, 8> LaserTag::backUp(int robot, int opponent,
+                                       const std::vector<double>& values) const {
   const Flight& flight = flights_[index(robot * num_cells_ + opponent)];
-  double best = -1e9;
+  std::array<double, 8> q{};
   for (int action = 0; action < NUM_ACTIONS; ++action) {
-    const int next = action == TAG ? robot : neighbour(robot, action);
-    double value = action == TAG ? FALSE_TAG_REWARD : MOVE_REWARD;
+    double& value = q[index(action)];
     if (action == TAG && robot == opponent) {
       value = TAG_REWARD;
-    } else {
-      double before = 0.0;
-      for (std::size_t i = 0; i < 5; ++i) {
-        const double until = i < 4 ? flight.until[i] : 1.0;
-        value += gamma * (until - before) * value_[index(next * num_cells_ + flight.cells[i])];
-        before = until;
-      }
+      continue;
     }
-    action_values_[index(robot * num_cells_ + opponent)][index(action)] = static_cast<float>(value);
-    best = std::max(best, value);
+    value = action == TAG ? FALSE_TAG_REWARD : MOVE_REWARD;
+    const int next = action == TAG ? robot : neighbour(robot, action);
+    double before = 0.0;
+    for (std::size_t i = 0; i < flight.cells.size(); ++i) {
+      const double until = i < flight.until.size() ? flight.until[i] : 1.0;
+      value += discount() * (until - before) * values[index(next * num_cells_ + flight.cells[i])];
+      before = until;
+    }
   }
-  return best;
+  return q;
 }
 
-int LaserTag::defaultAction(const State* states, int count) const {
-  std::array<double, 8> sums{};
-  for (int i = 0; i < count; ++i) addUpperBounds(states[i], sums.data());
-  const auto end = sums.begin() + NUM_ACTIONS;
-  return static_cast<int>(std::max_element(sums.begin(), end) - sums.begin());
+LowerBound LaserTag::lowerBound(const State* states, int count) const {
+  std::array<float, 8> sums{};
+  for (int i = 0; i < count; ++i) {
+    if (isTerminal(states[i])) continue;
+    const auto& values = chase_[pair(states[i])];
+    for (std::size_t a = 0; a < sums.size(); ++a) sums[a] += values[a];
+  }
+  const auto most = std::max_element(sums.begin(), sums.begin() + NUM_ACTIONS);
+  return {static_cast<double>(*most) / count, static_cast<int>(most - sums.begin())};
 }
 
 Step LaserTag::step(State& state, int action, double u) const {
