@@ -25,8 +25,8 @@ namespace fabric::planner::examples {
 ///   wall keeps it where it is. It moves during a failed tag too.
 /// * At first robot and opponent are anywhere, independently; the robot does not know its cell.
 ///
-/// Upper bound: fast informed bound, solved when the model is made. Default policy: goes to the
-/// cell where the opponent is likeliest and tags it when it is seen; its value is found by moving
+/// Upper bound: fast informed bound, solved when the model is made. Default policy: goes
+/// where the opponent is likely and near, and tags it when it is seen; its value is found by moving
 /// the distribution over the opponent's cells, not by simulation. Belief: exact.
 class Tag {
  public:
@@ -93,8 +93,9 @@ class Tag {
 
   std::array<std::array<std::uint8_t, ACTIONS>, CELLS> next_{};  // robot cell after an action
   std::array<std::array<std::array<std::uint8_t, FLIGHTS>, CELLS>, CELLS> flight_{};
-  std::array<std::array<std::uint8_t, CELLS>, CELLS> towards_{};   // first move of a shortest way
-  std::vector<std::array<Cells, CELLS>> moves_;                    // P(opponent' | robot, opponent)
+  std::array<std::array<std::uint8_t, CELLS>, CELLS> towards_{};  // first move of a shortest way
+  std::array<Cells, CELLS> reach_{};             // by robot and cell: what a cell is worth going to
+  std::vector<std::array<Cells, CELLS>> moves_;  // P(opponent' | robot, opponent)
   std::array<std::array<float, ACTIONS>, CELLS * CELLS> upper_{};  // fast informed bound
 };
 

@@ -16,9 +16,10 @@ struct Place {
 };
 
 constexpr int WIDTH = 10;
-constexpr int ROWS = 2;   // of full width
-constexpr int NICHE = 5;  // first column of the 3 x 3 cells above
-constexpr int FIRST = 1;  // the move of a robot that does not know where it is
+constexpr int ROWS = 2;            // of full width
+constexpr int NICHE = 5;           // first column of the 3 x 3 cells above
+constexpr double PATIENCE = 0.75;  // worth of a place one step further away
+constexpr int FIRST = 1;           // the move of a robot that does not know where it is
 constexpr Place MOVES[] = {{0, 1}, {1, 0}, {0, -1}, {-1, 0}};
 
 Place placeOf(int cell) {
@@ -157,6 +158,8 @@ void Tag::findDistances() {
         }
       }
     }
+    for (int cell = 0; cell < CELLS; ++cell)
+      reach_[cell][goal] = static_cast<float>(std::pow(PATIENCE, distance[cell]));
   }
 }
 
@@ -195,11 +198,15 @@ double Tag::upperBound(const State& state) const {
   return *std::max_element(bounds.begin(), bounds.end());
 }
 
-/// The likeliest cell other than the robot's, the lowest among equals. The cell's number takes the
-/// place of the last bits of its probability, so that one maximum over lanes finds it.
+/// The cell other than the robot's that is likely and near, the lowest among equals. The cell's
+/// number takes the place of the last bits of what it is worth, so that one maximum over lanes
+/// finds it.
 int Tag::target(int robot, const Cells& cells) const {
   std::array<std::uint32_t, PADDED> keys;
-  std::memcpy(keys.data(), cells.data(), sizeof(keys));
+  Cells worth;
+  const Cells& reach = reach_[static_cast<std::size_t>(robot)];
+  for (std::size_t i = 0; i < PADDED; ++i) worth[i] = cells[i] * reach[i];
+  std::memcpy(keys.data(), worth.data(), sizeof(keys));
   for (std::uint32_t cell = 0; cell < PADDED; ++cell) {
     keys[cell] = (keys[cell] & ~31U) | (31U - cell);
   }
