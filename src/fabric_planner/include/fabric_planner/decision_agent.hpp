@@ -9,6 +9,7 @@
 
 #include "fabric_planner/actions.hpp"
 #include "fabric_planner/belief_filter.hpp"
+#include "fabric_planner/decision_solver.hpp"
 #include "fabric_planner/features.hpp"
 #include "fabric_planner/observation_map.hpp"
 #include "fabric_planner/online_planner.hpp"
@@ -35,14 +36,31 @@ struct AgentDecision {
   Eigen::VectorXd belief;     ///< (S,), sums to 1, after the observation
   Decision plan;              ///< value, bounds, runner-up and the search's own figures
   bool belief_recovered = false;
+  std::string trouble;  ///< why the fallback was taken, else empty
 };
 
-/// A model with everything that runs it; immutable but for the planner's search.
+/// How an agent decides.
+struct AgentOptions {
+  AgentOptions() = default;
+  AgentOptions(PlannerOptions limits) : planner(limits) {}  // NOLINT: options with defaults
+
+  PlannerOptions planner;
+  SolverKind solver = SolverKind::SEARCH;
+  /// Vectors for the agent's first model; see makeSolver(). Models set later go without.
+  std::optional<AlphaVectors> policy;
+  /// Taken when a decision cannot be found: the solver fails, or has neither searched nor a policy
+  /// of its own. Each model must have it. None: errors go to the caller, and DESPOT and POMCP
+  /// answer with their default policy.
+  std::optional<Action> fallback;
+  std::uint64_t seed = 1;  ///< of the draws of DESPOT and POMCP
+};
+
+/// A model with everything that runs it; immutable but for the solver's search.
 struct RunningModel {
   /// @param map_path observation map; empty: `<stem of path>.obs.yaml` beside the model
   /// @throw ModelError naming the file and what is wrong with it, also for actions that are
-  ///        none of the robot's.
-  RunningModel(const std::string& path, const std::string& map_path, PlannerOptions options);
+  ///        none of the robot's and when it lacks the fallback.
+  RunningModel(const std::string& path, const std::string& map_path, const AgentOptions& options);
 
   /// The model's index of an action; of idle when it has no such action, 0 when not even that.
   [[nodiscard]] int indexOf(Action action) const;
@@ -53,18 +71,20 @@ struct RunningModel {
   std::shared_ptr<const Pomdp> pomdp;
   ObservationMap map;
   std::vector<Action> actions;  ///< by the model's index
-  std::unique_ptr<OnlinePlanner> planner;
+  std::unique_ptr<DecisionSolver> solver;
 };
 
-/// From observations to decisions: observation map, belief, online search.
+/// From observations to decisions: observation map, belief, solver.
 ///
-/// The belief starts again with every task. The first observation of a task says what the world is
-/// like before the robot did anything, so it weighs the initial belief by its likelihood; every
-/// later one is an update with the robot's last decision. Not for several threads at once.
+/// The solver goes on from one decision to the next and begins afresh with every task, so that a
+/// task does not depend on the one before. The belief starts again with every task. The first
+/// observation of a task says what the world is like before the robot did anything, so it weighs
+/// the initial belief by its likelihood; every later one is an update with the robot's last
+/// decision. Not for several threads at once.
 class DecisionAgent {
  public:
   /// @throw ModelError as RunningModel does.
-  explicit DecisionAgent(const std::string& path, PlannerOptions options = {},
+  explicit DecisionAgent(const std::string& path, AgentOptions options = {},
                          const std::string& map_path = "");
 
   /// A new task: the initial belief, and nothing decided yet.
@@ -76,7 +96,8 @@ class DecisionAgent {
   /// @throw ModelError as RunningModel does.
   void setModel(const std::string& path, bool keep_belief, const std::string& map_path = "");
 
-  /// @throw ModelError when a number of the observation is NaN or infinite.
+  /// @throw ModelError when a number of the observation is NaN or infinite, or when no decision
+  /// can be found and there is no fallback.
   AgentDecision decide(const AgentObservation& observation);
 
   [[nodiscard]] const RunningModel& model() const { return *model_; }
@@ -84,11 +105,12 @@ class DecisionAgent {
   [[nodiscard]] const Eigen::VectorXd& belief() const { return filter_->belief(); }
 
  private:
+  [[nodiscard]] Decision plan(std::string& trouble);
   UpdateStatus observe(int symbol);
   UpdateStatus weigh(int symbol);
   [[nodiscard]] std::optional<Eigen::VectorXd> carriedOver(const RunningModel& next) const;
 
-  PlannerOptions options_;
+  AgentOptions options_;
   std::shared_ptr<RunningModel> model_;
   std::unique_ptr<BeliefFilter> filter_;
   std::optional<Action> last_action_;

@@ -12,11 +12,24 @@
 
 namespace fabric::planner {
 
+/// How much is computed before the first decision.
+enum class Preparation {
+  QUICK,     ///< PointBasedOptions::quick() below, fastInformedBound() above: soon ready, and
+             ///< decisions of one node are the fastest there are
+  THOROUGH,  ///< the defaults of pointBasedBound() and pointBasedUpperBound()
+};
+
 struct PlannerOptions {
   double deadline = 0.5;  ///< s of steady time a decision may take, >= 0
   double gap = 1e-3;      ///< upper minus lower bound at which a decision is good enough, >= 0
   int max_nodes = 5000;   ///< expanded beliefs the tree may hold, those kept included, >= 0
+  Preparation preparation = Preparation::THOROUGH;
 };
+
+/// The offline bounds of a planner with these options.
+/// @throw ModelError when discount is 1 and the model never ends.
+AlphaVectors preparedLowerBound(const Pomdp& model, const PlannerOptions& options);
+PointUpperBound preparedUpperBound(const Pomdp& model, const PlannerOptions& options);
 
 /// A belief or an action of the search tree, for those who want to look at it.
 struct TreeEntry {
@@ -53,7 +66,7 @@ class Stopwatch;
 /// Calls may come from several threads; they wait for one another.
 class OnlinePlanner {
  public:
-  /// @throw ModelError when an option is out of range or the model's discount is 1.
+  /// @throw ModelError when an option is out of range, or discount is 1 and the model never ends.
   explicit OnlinePlanner(std::shared_ptr<const Pomdp> model, PlannerOptions options = {});
   /// Searches between bounds found elsewhere; the promises about bounds are as good as these.
   /// @throw ModelError when an option is out of range or a bound has not S columns or no vector.

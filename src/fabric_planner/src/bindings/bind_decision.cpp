@@ -3,6 +3,7 @@
 #include <pybind11/stl.h>
 
 #include <memory>
+#include <optional>
 
 #include "bindings.hpp"
 #include "fabric_planner/decision_agent.hpp"
@@ -98,8 +99,22 @@ void bindAgentDecision(py::module_& module) {
       .def_property_readonly("fallback_used", planned(&Decision::fallback_used))
       .def_property_readonly("ended_by", planned(&Decision::ended_by))
       .def_readonly("belief_recovered", &AgentDecision::belief_recovered)
+      .def_readonly("trouble", &AgentDecision::trouble, "why the fallback was taken, else empty")
       .def("fill", &fill, "message"_a,
            "Set the fields of a fabric_msgs/Decision but its header; returns the message.");
+}
+
+std::unique_ptr<DecisionAgent> makeAgent(const std::string& path, PlannerOptions limits,
+                                         const std::string& map, const std::string& solver,
+                                         const std::optional<AlphaVectors>& policy,
+                                         const std::string& fallback, std::uint64_t seed) {
+  const py::gil_scoped_release release;
+  AgentOptions options(limits);
+  options.solver = solverFromName(solver);
+  options.policy = policy;
+  if (!fallback.empty()) options.fallback = actionFromName(fallback);
+  options.seed = seed;
+  return std::make_unique<DecisionAgent>(path, options, map);
 }
 
 void bindMap(py::module_& module) {
@@ -127,12 +142,14 @@ void bindDecision(py::module_& module) {
   bindAgentDecision(module);
   py::class_<DecisionAgent>(module, "DecisionAgent",
                             "From observations to decisions: observation map, belief, search.")
-      .def(py::init([](const std::string& path, PlannerOptions options, const std::string& map) {
-             py::gil_scoped_release release;
-             return std::make_unique<DecisionAgent>(path, options, map);
-           }),
-           "model_path"_a, "options"_a = PlannerOptions{}, "map_path"_a = "",
-           "map_path: empty for <model>.obs.yaml beside the model. Raises ModelError.")
+      .def(
+          py::init(&makeAgent), "model_path"_a, "options"_a = PlannerOptions{}, "map_path"_a = "",
+          "solver"_a = "search", "policy"_a = py::none(), "fallback"_a = "", "seed"_a = 1,
+          "map_path: empty for <model>.obs.yaml beside the model; solver: search, offline, despot\n"
+          "or pomcp; policy: AlphaVectors that offline runs and search counts on as a lower "
+          "bound,\n"
+          "for this model only; fallback: name of the action taken when no decision can be found,\n"
+          "empty for an exception; seed: of the draws of despot and pomcp. Raises ModelError.")
       .def("reset", &DecisionAgent::reset, "A new task.")
       .def("set_model", &DecisionAgent::setModel, "path"_a, "keep_belief"_a, "map_path"_a = "",
            py::call_guard<py::gil_scoped_release>(),

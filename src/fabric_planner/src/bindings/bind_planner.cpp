@@ -15,17 +15,22 @@ namespace fabric::planner {
 namespace {
 
 void bindOptions(py::module_& module) {
+  py::enum_<Preparation>(module, "Preparation", "What is computed before the first decision.")
+      .value("QUICK", Preparation::QUICK, "some bounds, soon ready")
+      .value("THOROUGH", Preparation::THOROUGH, "good bounds");
   py::class_<PlannerOptions>(module, "PlannerOptions")
-      .def(py::init([](double deadline, double gap, int max_nodes) {
-             return PlannerOptions{deadline, gap, max_nodes};
+      .def(py::init([](double deadline, double gap, int max_nodes, Preparation preparation) {
+             return PlannerOptions{deadline, gap, max_nodes, preparation};
            }),
            "deadline"_a = PlannerOptions{}.deadline, "gap"_a = PlannerOptions{}.gap,
            "max_nodes"_a = PlannerOptions{}.max_nodes,
+           "preparation"_a = PlannerOptions{}.preparation,
            "deadline: s a decision may take; gap: upper minus lower bound that is good enough;\n"
            "max_nodes: expanded beliefs the tree may hold. All >= 0.")
       .def_readwrite("deadline", &PlannerOptions::deadline)
       .def_readwrite("gap", &PlannerOptions::gap)
-      .def_readwrite("max_nodes", &PlannerOptions::max_nodes);
+      .def_readwrite("max_nodes", &PlannerOptions::max_nodes)
+      .def_readwrite("preparation", &PlannerOptions::preparation);
 }
 
 void bindDecisionResult(py::module_& module) {

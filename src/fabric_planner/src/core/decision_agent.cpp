@@ -7,7 +7,7 @@
 #include <initializer_list>
 #include <utility>
 
-#include "fabric_planner/pomdpx.hpp"
+#include "fabric_planner/model_file.hpp"
 #include "file.hpp"
 
 namespace fabric::planner {
@@ -48,17 +48,25 @@ std::optional<int> find(const std::vector<T>& items, const T& wanted) {
   return static_cast<int>(found - items.begin());
 }
 
+/// Search and vectors have a policy before they look at anything.
+bool hasOfflinePolicy(SolverKind kind) {
+  return kind == SolverKind::SEARCH || kind == SolverKind::OFFLINE;
+}
+
 }  // namespace
 
 RunningModel::RunningModel(const std::string& model_path, const std::string& map_path,
-                           PlannerOptions options)
+                           const AgentOptions& options)
     : path(model_path),
       name(std::filesystem::path(model_path).stem().string()),
-      pomdp(std::make_shared<const Pomdp>(loadPomdpx(model_path))),
+      pomdp(std::make_shared<const Pomdp>(loadModel(model_path))),
       map(ObservationMap::load(map_path.empty() ? mapBeside(model_path) : map_path,
                                pomdp->observations())),
       actions(canonicalActions(*pomdp, model_path)),
-      planner(std::make_unique<OnlinePlanner>(pomdp, options)) {
+      solver(makeSolver(options.solver, pomdp, options.planner, options.policy, options.seed)) {
+  if (options.fallback && !find(actions, *options.fallback)) {
+    throw ModelError(path + ": has no action for the fallback, " + actionName(*options.fallback));
+  }
   hash = sha256(readFile(path) + readFile(map_path.empty() ? mapBeside(path) : map_path));
 }
 
@@ -66,14 +74,17 @@ int RunningModel::indexOf(Action action) const {
   return find(actions, action).value_or(find(actions, Action::IDLE).value_or(0));
 }
 
-DecisionAgent::DecisionAgent(const std::string& path, PlannerOptions options,
+DecisionAgent::DecisionAgent(const std::string& path, AgentOptions options,
                              const std::string& map_path)
-    : options_(options), model_(std::make_shared<RunningModel>(path, map_path, options)) {
+    : options_(std::move(options)),
+      model_(std::make_shared<RunningModel>(path, map_path, options_)) {
+  options_.policy.reset();
   filter_ = std::make_unique<BeliefFilter>(model_->pomdp);
 }
 
 void DecisionAgent::reset() {
   filter_->reset();
+  model_->solver->reset();
   last_action_.reset();
   last_symbol_.reset();
   task_id_.reset();
@@ -115,7 +126,7 @@ AgentDecision DecisionAgent::decide(const AgentObservation& observation) {
   decision.observation_index = model_->map.symbol(observation.features, last_symbol_);
   decision.belief_recovered = observe(decision.observation_index) == UpdateStatus::RECOVERED;
   decision.belief = filter_->belief();
-  decision.plan = model_->planner->decide(decision.belief);
+  decision.plan = plan(decision.trouble);
   decision.action_index = decision.plan.action;
   decision.action = model_->actions[decision.action_index];
   last_symbol_ = decision.observation_index;
@@ -123,8 +134,29 @@ AgentDecision DecisionAgent::decide(const AgentObservation& observation) {
   return decision;
 }
 
+Decision DecisionAgent::plan(std::string& trouble) {
+  if (!options_.fallback) return model_->solver->decide(filter_->belief());
+  Decision decision;
+  try {
+    decision = model_->solver->decide(filter_->belief());
+    if (!decision.fallback_used || hasOfflinePolicy(options_.solver)) return decision;
+    trouble = "no time to search";
+  } catch (const std::exception& error) {
+    trouble = error.what();
+    decision = Decision();
+    decision.fallback_used = true;
+  }
+  decision.action = model_->indexOf(*options_.fallback);
+  decision.runner_up = -1;
+  decision.runner_up_gap = 0.0;
+  return decision;
+}
+
 UpdateStatus DecisionAgent::observe(int symbol) {
-  return last_action_ ? filter_->update(model_->indexOf(*last_action_), symbol) : weigh(symbol);
+  if (!last_action_) return weigh(symbol);
+  const int action = model_->indexOf(*last_action_);
+  model_->solver->advance(action, symbol);
+  return filter_->update(action, symbol);
 }
 
 /// b(s) ~ b0(s) O(idle, s, symbol); an impossible symbol is dealt with as BeliefFilter does.

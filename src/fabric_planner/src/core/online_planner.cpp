@@ -47,9 +47,19 @@ void checkVectors(const Pomdp& model, const char* which, const AlphaVectors& bou
 
 }  // namespace
 
+AlphaVectors preparedLowerBound(const Pomdp& model, const PlannerOptions& options) {
+  if (options.preparation == Preparation::THOROUGH) return pointBasedBound(model);
+  return pointBasedBound(model, PointBasedOptions::quick());
+}
+
+PointUpperBound preparedUpperBound(const Pomdp& model, const PlannerOptions& options) {
+  if (options.preparation == Preparation::THOROUGH) return pointBasedUpperBound(model);
+  return PointUpperBound(fastInformedBound(model));
+}
+
 OnlinePlanner::OnlinePlanner(std::shared_ptr<const Pomdp> model, PlannerOptions options)
-    : OnlinePlanner(model, checked(options), pointBasedBound(*model),
-                    pointBasedUpperBound(*model)) {}
+    : OnlinePlanner(model, checked(options), preparedLowerBound(*model, options),
+                    preparedUpperBound(*model, options)) {}
 
 OnlinePlanner::OnlinePlanner(std::shared_ptr<const Pomdp> model, PlannerOptions options,
                              AlphaVectors lower, PointUpperBound upper)

@@ -16,21 +16,38 @@
 namespace fabric::planner {
 namespace {
 
+constexpr double TELL_AGAIN = 10.0;  // s between two warnings about the same
+
 /// Private parameters of decision_node (config/decision.yaml, and `model` from the launch file).
 struct DecisionParameters {
   std::string model;            ///< .pomdpx file
   std::string observation_map;  ///< file; empty: beside the model
-  PlannerOptions options;       ///< deadline s, gap, max_nodes
+  AgentOptions options;         ///< deadline s, gap, max_nodes, solver, fallback action
 
   /// @throw ParameterError
   static DecisionParameters load(const ros::NodeHandle& node) {
     DecisionParameters parameters;
     parameters.model = require<std::string>(node, "model");
     parameters.observation_map = require<std::string>(node, "observation_map");
-    parameters.options.deadline = requireNumber(node, "deadline", 0.0);
-    parameters.options.gap = requireNumber(node, "gap", 0.0);
-    parameters.options.max_nodes = static_cast<int>(requireNumber(node, "max_nodes", 0.0));
+    PlannerOptions& limits = parameters.options.planner;
+    limits.deadline = requireNumber(node, "deadline", 0.0);
+    limits.gap = requireNumber(node, "gap", 0.0);
+    limits.max_nodes = static_cast<int>(requireNumber(node, "max_nodes", 0.0));
+    parameters.options.solver = named(node, "solver", solverFromName);
+    parameters.options.fallback = named(node, "fallback_action", actionFromName);
     return parameters;
+  }
+
+  /// The parameter as something that has a name. @throw ParameterError
+  template <class T>
+  static T named(const ros::NodeHandle& node, const std::string& parameter,
+                 T (*fromName)(const std::string&)) {
+    const auto name = require<std::string>(node, parameter);
+    try {
+      return fromName(name);
+    } catch (const ModelError& error) {
+      throw ParameterError(node.resolveName(parameter) + ": " + error.what());
+    }
   }
 };
 
@@ -110,7 +127,11 @@ class DecisionNode {
 
  private:
   void onObservation(const fabric_msgs::Observation& message) {
-    fabric_msgs::Decision decision = toMessage(agent_.decide(fromMessage(message)));
+    const AgentDecision decided = agent_.decide(fromMessage(message));
+    if (!decided.trouble.empty()) {
+      ROS_WARN_STREAM_THROTTLE(TELL_AGAIN, "fallback action taken: " << decided.trouble);
+    }
+    fabric_msgs::Decision decision = toMessage(decided);
     decision.header.stamp = std::max(ros::Time::now(), message.header.stamp);
     decisions_.publish(decision);
   }
