@@ -82,7 +82,9 @@ class LaserTag {
     const int robot = random.below(num_cells_);
     return {static_cast<std::uint8_t>(robot), static_cast<std::uint8_t>(random.below(num_cells_))};
   }
-  [[nodiscard]] Step step(State& state, int action, double u) const;
+  Step step(State& state, int action, double u) const;
+  /// Readings at a state in which the cells differ; random is used up.
+  [[nodiscard]] Observation observe(State state, Random random) const;
   [[nodiscard]] double observationProbability(const State& next, int action,
                                               Observation observation) const;
   /// Value of the state if both cells were seen at every step.
@@ -149,7 +151,6 @@ class LaserTag {
                                              const std::vector<double>& values) const;
   [[nodiscard]] Flight flightOf(int robot, int opponent) const;
   [[nodiscard]] Beams beamsOf(int robot, int opponent) const;
-  [[nodiscard]] Observation readings(State state, Random random) const;
 
   LaserTagOptions options_;
   int num_cells_ = 0;

@@ -35,7 +35,7 @@ class Tiger {
   [[nodiscard]] State initialState(Random& random) const {
     return random.uniform() < 0.5 ? LEFT : RIGHT;
   }
-  [[nodiscard]] Step step(State& state, int action, double u) const {
+  Step step(State& state, int action, double u) const {
     if (action == LISTEN) {
       return {-1.0, static_cast<Observation>(u < 0.85 ? state : 1 - state), false};
     }

@@ -295,10 +295,10 @@ Step LaserTag::step(State& state, int action, double u) const {
   if (action != TAG) state.robot = neighbours_[state.robot][index(action)];
   const double reward = action == TAG ? FALSE_TAG_REWARD : MOVE_REWARD;
   if (state.robot == state.opponent) return {reward, SAME_CELL, false};
-  return {reward, readings(state, Random::of(u)), false};
+  return {reward, observe(state, Random::of(u)), false};
 }
 
-Observation LaserTag::readings(State state, Random random) const {
+Observation LaserTag::observe(State state, Random random) const {
   const Beams& beams = beams_[pair(state)];
   Observation observation = 0;
   for (std::size_t b = 0; b < NUM_BEAMS; b += 2) {
