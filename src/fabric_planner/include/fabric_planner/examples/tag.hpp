@@ -85,7 +85,6 @@ class Tag {
 
   [[nodiscard]] double chase(int robot, Cells cells, double mass) const;
   [[nodiscard]] double chaseUnknown(const State* states, int count) const;
-  [[nodiscard]] int target(int robot, const Cells& cells) const;
   void layOut();
   void findDistances();
   void solve();
