@@ -106,6 +106,104 @@ TEST(DecisionAgent, RefusesNumbersThatAreNotFinite) {
   EXPECT_THROW(agent.decide(observation), ModelError);
 }
 
+TEST(DecisionAgent, ATaskDoesNotDependOnTheOneBefore) {
+  for (const SolverKind kind : {SolverKind::SEARCH, SolverKind::DESPOT, SolverKind::POMCP}) {
+    AgentOptions options(quick());
+    options.solver = kind;
+    DecisionAgent agent(HELPER, options);
+    std::vector<AgentDecision> first;
+    for (std::uint32_t task = 1; task < 4; ++task) {
+      for (std::uint32_t i = 0; i < 6; ++i) {
+        AgentObservation observation = observe(i, i % 2 == 0, i == 0);
+        observation.task_id = task;
+        const AgentDecision decision = agent.decide(observation);
+        if (task == 1) {
+          first.push_back(decision);
+        } else {
+          EXPECT_EQ(decision.action, first[i].action);
+          EXPECT_EQ(decision.plan.value, first[i].plan.value);
+          EXPECT_EQ(decision.plan.kept_nodes, first[i].plan.kept_nodes);
+        }
+      }
+    }
+  }
+}
+
+TEST(DecisionAgent, KeepsWhatItSearchedFromOneObservationToTheNext) {
+  DecisionAgent agent(HELPER, PlannerOptions{10.0, 0.0, 200});
+  EXPECT_EQ(agent.decide(observe(1, true, true)).plan.kept_nodes, 0);
+  EXPECT_GT(agent.decide(observe(2, true)).plan.kept_nodes, 0);
+  EXPECT_EQ(agent.decide(observe(3, true, true)).plan.kept_nodes, 0) << "a new task";
+}
+
+TEST(Solvers, AllHelpWhoIsStuck) {
+  for (const char* name : {"search", "offline", "despot", "pomcp"}) {
+    AgentOptions options(PlannerOptions{10.0, 1e-3, 2000});
+    options.solver = solverFromName(name);
+    EXPECT_EQ(solverName(options.solver), name);
+    DecisionAgent agent(HELPER, options);
+    Action action = agent.decide(observe(1, false, true)).action;
+    for (std::uint32_t i = 2; i < 12 && action == Action::IDLE; ++i) {
+      action = agent.decide(observe(i, true)).action;
+    }
+    EXPECT_EQ(action, Action::GRASP) << name;
+  }
+  EXPECT_THROW(solverFromName("magic"), ModelError);
+}
+
+TEST(Solvers, OfflineRunsThePolicyItIsGivenAndNothingElse) {
+  AgentOptions options(quick());
+  options.solver = SolverKind::OFFLINE;
+  const int cancel = DecisionAgent(HELPER).model().indexOf(Action::CANCEL);
+  options.policy = AlphaVectors{Eigen::MatrixXd::Constant(1, 2, -50.0), {cancel}};
+  DecisionAgent agent(HELPER, options);
+  const AgentDecision decision = agent.decide(observe(1, true, true));
+  EXPECT_EQ(decision.action, Action::CANCEL);
+  EXPECT_EQ(decision.plan.value, -50.0);
+  EXPECT_EQ(decision.plan.nodes, 0);
+  EXPECT_FALSE(decision.plan.fallback_used);
+  options.policy->vectors = Eigen::MatrixXd::Zero(1, 5);
+  EXPECT_THROW(DecisionAgent(HELPER, options), ModelError);
+}
+
+TEST(Solvers, SearchCountsOnAPolicyAsALowerBound) {
+  AgentOptions options(PlannerOptions{10.0, 0.0, 0});
+  options.policy = AlphaVectors{Eigen::MatrixXd::Constant(1, 2, 1000.0), {0}};
+  EXPECT_EQ(DecisionAgent(HELPER, options).decide(observe(1, true, true)).plan.value, 1000.0);
+}
+
+TEST(Fallback, IsTakenWhenNothingWasSearched) {
+  for (const SolverKind kind : {SolverKind::DESPOT, SolverKind::POMCP}) {
+    AgentOptions options(PlannerOptions{0.0, 1e-3, 100});
+    options.solver = kind;
+    options.fallback = Action::CANCEL;
+    DecisionAgent agent(HELPER, options);
+    const AgentDecision decision = agent.decide(observe(1, true, true));
+    EXPECT_EQ(decision.action, Action::CANCEL);
+    EXPECT_TRUE(decision.plan.fallback_used);
+    EXPECT_FALSE(decision.trouble.empty());
+  }
+}
+
+TEST(Fallback, IsNotTakenWhereAnOfflinePolicyAnswers) {
+  AgentOptions options(PlannerOptions{0.0, 1e-3, 100});
+  options.fallback = Action::CANCEL;
+  const AgentDecision decision = DecisionAgent(HELPER, options).decide(observe(1, true, true));
+  EXPECT_EQ(decision.action, Action::IDLE);
+  EXPECT_TRUE(decision.trouble.empty());
+}
+
+TEST(Fallback, MustBeAnActionOfEveryModel) {
+  AgentOptions options(quick());
+  options.fallback = Action::POINT;
+  try {
+    DecisionAgent agent(HELPER, options);
+    FAIL() << "accepted";
+  } catch (const ModelError& error) {
+    EXPECT_EQ(error.what(), HELPER + ": has no action for the fallback, point");
+  }
+}
+
 TEST(SetModel, CarriesTheBeliefOverByStateName) {
   DecisionAgent agent(HELPER, quick());
   agent.decide(observe(1, true, true));
