@@ -46,9 +46,16 @@ class Successors {
   void boundColumns(int first, int count, double* probability, double* lower, double* upper);
   bool boundSparse(const double* belief, Stopwatch& watch, double* probability, double* lower,
                    double* upper);
-  double upperAtColumn(int column, int width);
-  [[nodiscard]] double lowerAtEntries(int entries) const;
-  double upperAtEntries(int entries);
+  bool refine(const double* belief, Stopwatch& watch, const double* probability,
+              const double* lower, double* upper);
+  [[nodiscard]] double mean(const double* probability, const double* value, int action) const;
+  double upperAfter(int action, int observation);
+  [[nodiscard]] double largestAtEntries(const std::vector<double>& functions, int count,
+                                        int entries) const;
+  /// (width,): P(s' | b, action).
+  double* predicted(int action) {
+    return predicted_.data() + static_cast<std::ptrdiff_t>(action) * width_;
+  }
   /// Non-zero entries of P(., o | b, a) from predicted_. @return how many; their sum in `sum`.
   int gather(int action, int observation, double& sum);
 
@@ -58,7 +65,6 @@ class Successors {
   std::unique_ptr<PaddedModel> padded_;  ///< of a small model, else none
   int width_;
   int columns_at_once_;
-  int rows_ = 0;  ///< of points_: states with a chance
   double work_per_entry_;
 
   int lower_count_;            ///< vectors, filled up with copies
@@ -66,14 +72,14 @@ class Successors {
   std::vector<double> lower_;  ///< small: (lower_count_, S), else (S, lower_count_)
   std::vector<double> base_;
 
-  AlignedArray<double> predicted_;  ///< (A, width) or (width,)
+  AlignedArray<double> predicted_;  ///< (A, width)
   AlignedArray<double> points_;     ///< (S, columns_at_once_ padded)
   AlignedArray<double> sums_;
   AlignedArray<double> lowers_;
   AlignedArray<double> uppers_;
   std::vector<int> components_;  ///< states with a chance, or the entries' indices
   std::vector<double> values_;   ///< of those entries
-  Eigen::VectorXd dense_;        ///< (S,), zero between two uses when sparse
+  std::vector<double> joint_;    ///< (width,), zero between two uses when sparse
 };
 
 }  // namespace fabric::planner
