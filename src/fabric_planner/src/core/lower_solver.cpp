@@ -32,11 +32,10 @@ int draw(const Outcomes& successors, int observations, double u) {
 }  // namespace
 
 LowerSolver::LowerSolver(const SolverModel& model, std::uint64_t seed)
-    : m_(model), random_(seed), vectors_(model.states()) {
-  const AlphaVectors blind = blindBound(model.pomdp());
-  for (Eigen::Index k = 0; k < blind.vectors.rows(); ++k) {
-    const Eigen::VectorXd vector = blind.vectors.row(k).transpose();
-    vectors_.add(vector.data(), blind.actions[static_cast<size_t>(k)]);
+    : m_(model), random_(seed), blind_(blindBound(model.pomdp())), vectors_(model.states()) {
+  for (Eigen::Index k = 0; k < blind_.vectors.rows(); ++k) {
+    const Eigen::VectorXd vector = blind_.vectors.row(k).transpose();
+    vectors_.add(vector.data(), blind_.actions[static_cast<size_t>(k)]);
   }
   beliefs_.emplace_back(model.pomdp().initialBelief());
 }
@@ -45,6 +44,14 @@ AlphaVectors LowerSolver::bound() const {
   AlphaVectors bound;
   bound.vectors = vectors_.matrix();
   for (int k = 0; k < vectors_.size(); ++k) bound.actions.push_back(vectors_.action(k));
+  for (Eigen::Index k = 0; k < blind_.vectors.rows(); ++k) {
+    const auto blind = blind_.vectors.row(k);
+    const Eigen::MatrixXd excess = bound.vectors.rowwise() - blind;
+    if ((excess.rowwise().minCoeff().array() >= 0.0).any()) continue;
+    bound.vectors.conservativeResize(bound.vectors.rows() + 1, Eigen::NoChange);
+    bound.vectors.bottomRows(1) = blind;
+    bound.actions.push_back(blind_.actions[static_cast<size_t>(k)]);
+  }
   return bound;
 }
 

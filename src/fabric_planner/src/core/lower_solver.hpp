@@ -43,6 +43,9 @@ class LowerSolver {
   [[nodiscard]] const std::vector<SparseBelief>& beliefs() const { return beliefs_; }
   /// Multiplications so far.
   [[nodiscard]] double work() const { return work_; }
+  /// Value of the initial belief.
+  [[nodiscard]] double root() const { return vectors_.best(beliefs_.front()).value; }
+  /// The vectors, and those of the blind bound.
   [[nodiscard]] AlphaVectors bound() const;
 
  private:
@@ -67,6 +70,7 @@ class LowerSolver {
   Random random_;
   std::uint64_t rounds_ = 0;
   bool begun_ = false;
+  AlphaVectors blind_;
   VectorSet vectors_;
   std::vector<SparseBelief> beliefs_;
   Outcomes outcomes_;

@@ -1,8 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
 #include <limits>
+#include <numeric>
 
-#include "fabric_planner/bounds.hpp"
+#include "fabric_planner/solve.hpp"
+#include "fabric_planner/upper_bound.hpp"
+#include "interpolator.hpp"
+#include "point_table.hpp"
+#include "solver_kernels.hpp"
 
 namespace fabric::planner {
 namespace {
@@ -11,50 +16,18 @@ namespace {
 constexpr double HUGE_INVERSE = 1e305;
 constexpr double SMALLEST_ENTRY = 1e-300;
 
-/// max_a R(a, b) + gamma sum_o U(P(., o | b, a)).
-double backedUp(const Pomdp& m, const PointUpperBound& bound, const Eigen::VectorXd& belief) {
-  double best = -std::numeric_limits<double>::infinity();
-  Eigen::VectorXd joint(belief.size());
-  for (int a = 0; a < m.numActions(); ++a) {
-    const Eigen::VectorXd predicted = m.T(a).transpose() * belief;
-    double future = 0.0;
-    for (int o = 0; o < m.numObservations(); ++o) {
-      joint = predicted.cwiseProduct(Eigen::VectorXd(m.O(a).col(o)));
-      if (joint.sum() > 0.0) future += bound.value(joint);
-    }
-    best = std::max(best, m.R().row(a).dot(belief) + m.discount() * future);
-  }
-  return best;
-}
+/// What value() computes in, one for each thread.
+struct Scratch {
+  Eigen::VectorXd base;
+  Eigen::VectorXd rest;
+  std::vector<double> entries;
+  std::vector<double> share;
+  std::vector<double> gain;
+};
 
-/// Multiplications of one round over all points and corners.
-double roundWork(const Pomdp& m, Eigen::Index points) {
-  const double s = m.numStates();
-  const double one_belief =
-      m.numActions() *
-      (s * s + m.numObservations() * s * static_cast<double>(points + m.numActions()));
-  return one_belief * (s + static_cast<double>(points));
-}
-
-/// One round of backups. @return the most that a value fell.
-double backUpRound(const Pomdp& m, const Eigen::MatrixXd& beliefs, PointUpperBound& bound) {
-  double gained = 0.0;
-  // Late points are deep ones: what they gain reaches the early ones in the same round.
-  for (Eigen::Index i = beliefs.cols(); i-- > 0;) {
-    const double before = bound.value(beliefs.col(i));
-    const double after = std::min(before, backedUp(m, bound, beliefs.col(i)));
-    bound.lowerPoint(i, after);
-    gained = std::max(gained, before - after);
-  }
-  Eigen::VectorXd corners(m.numStates());
-  for (Eigen::Index s = 0; s < corners.size(); ++s) {
-    const Eigen::VectorXd certain = Eigen::VectorXd::Unit(corners.size(), s);
-    const double before = bound.value(certain);
-    corners(s) = std::min(before, backedUp(m, bound, certain));
-    gained = std::max(gained, before - corners(s));
-  }
-  bound.lowerCorners(corners);
-  return gained;
+Scratch& scratch() {
+  thread_local Scratch own;
+  return own;
 }
 
 }  // namespace
@@ -62,53 +35,102 @@ double backUpRound(const Pomdp& m, const Eigen::MatrixXd& beliefs, PointUpperBou
 PointUpperBound::PointUpperBound(AlphaVectors base)
     : base_(std::move(base)), corners_(base_.vectors.colwise().maxCoeff().transpose()) {}
 
-PointUpperBound::PointUpperBound(AlphaVectors base, const Eigen::MatrixXd& beliefs)
+PointUpperBound::PointUpperBound(AlphaVectors base, const Eigen::VectorXd& corners,
+                                 const Eigen::MatrixXd& points, const Eigen::VectorXd& values,
+                                 int query_points)
     : PointUpperBound(std::move(base)) {
-  points_ = beliefs;
-  base_at_points_ = base_.vectors * points_;
-  values_ = base_at_points_.colwise().maxCoeff().transpose().array();
-  inverse_ = (points_.array() > 0.0)
-                 .select(points_.array().inverse().min(HUGE_INVERSE), HUGE_INVERSE)
-                 .transpose();
-  lowerCorners(corners_);
+  corners_ = corners_.cwiseMin(corners);
+  auto table = std::make_shared<PointTable>(static_cast<int>(points.rows()));
+  for (Eigen::Index s = 0; s < corners_.size(); ++s) {
+    table->setCorner(static_cast<int>(s), corners_(s));
+  }
+  for (Eigen::Index k = 0; k < points.cols(); ++k) {
+    table->add(SparseBelief(points.col(k)), values(k));
+  }
+  table_ = std::move(table);
+  prepareQueries(std::min(query_points, table_->size()));
 }
 
-void PointUpperBound::lowerPoint(Eigen::Index point, double v) {
-  values_(point) = std::min(values_(point), v);
-  gain_(point) = values_(point) - corners_.dot(points_.col(point));
-}
-
-void PointUpperBound::lowerCorners(const Eigen::VectorXd& values) {
-  corners_ = corners_.cwiseMin(values);
-  gain_ = values_ - (corners_.transpose() * points_).transpose().array();
+void PointUpperBound::prepareQueries(int query_points) {
+  const auto S = static_cast<int>(corners_.size());
+  stride_ = padded(query_points);
+  gain_.resize(query_points);
+  base_at_points_.resize(base_.vectors.rows(), query_points);
+  inverse_.assign(static_cast<size_t>(S) * static_cast<size_t>(stride_), HUGE_INVERSE);
+  all_states_.resize(static_cast<size_t>(S));
+  std::iota(all_states_.begin(), all_states_.end(), 0);
+  for (int k = 0; k < query_points; ++k) {
+    const SparseBelief& belief = table_->belief(k);
+    const Eigen::VectorXd point = belief.dense(S);
+    gain_(k) = table_->value(k) - corners_.dot(point);
+    base_at_points_.col(k) = base_.vectors * point;
+    for (const int s : belief.index) {
+      inverse_[static_cast<size_t>(s) * static_cast<size_t>(stride_) + static_cast<size_t>(k)] =
+          std::min(HUGE_INVERSE, 1.0 / point(s));
+    }
+  }
 }
 
 double PointUpperBound::value(const Eigen::Ref<const Eigen::VectorXd>& belief) const {
-  const Eigen::VectorXd base = base_.vectors * belief;
+  Scratch& own = scratch();
+  own.base.resize(base_.vectors.rows());
+  own.base.noalias() = base_.vectors * belief;
   const double between_corners = corners_.dot(belief);
-  const double plain = std::min(base.maxCoeff(), between_corners);
-  if (values_.size() == 0) return plain;
-  Eigen::ArrayXd phi = inverse_.col(0) * std::max(belief(0), SMALLEST_ENTRY);
-  for (Eigen::Index s = 1; s < belief.size(); ++s) {
-    phi = phi.min(inverse_.col(s) * std::max(belief(s), SMALLEST_ENTRY));
+  const double plain = std::min(own.base.maxCoeff(), between_corners);
+  if (gain_.size() == 0) return plain;
+  own.entries.resize(static_cast<size_t>(belief.size()));
+  own.share.resize(static_cast<size_t>(stride_));
+  own.gain.resize(static_cast<size_t>(stride_));
+  for (Eigen::Index s = 0; s < belief.size(); ++s) {
+    own.entries[static_cast<size_t>(s)] = std::max(belief(s), SMALLEST_ENTRY);
   }
-  Eigen::Index point = 0;
-  const double gain = (phi * gain_).minCoeff(&point);
-  const double share = phi(point);
-  const double rest = (base - share * base_at_points_.col(point)).maxCoeff();
-  return std::min({plain, between_corners + gain, share * values_(point) + rest});
+  smallestProducts(inverse_.data(), stride_, all_states_.data(), own.entries.data(),
+                   static_cast<int>(belief.size()), stride_, own.share.data());
+  const auto points = static_cast<int>(gain_.size());
+  for (int k = 0; k < points; ++k) {
+    own.gain[static_cast<size_t>(k)] = own.share[static_cast<size_t>(k)] * gain_(k);
+  }
+  const int point = positionOfSmallest(own.gain.data(), points);
+  const double share = own.share[static_cast<size_t>(point)];
+  own.rest.resize(own.base.size());
+  own.rest.noalias() = own.base - share * base_at_points_.col(point);
+  return std::min({plain, between_corners + own.gain[static_cast<size_t>(point)],
+                   share * table_->value(point) + own.rest.maxCoeff()});
 }
 
-PointUpperBound pointBasedUpperBound(const Pomdp& model, const PointBasedOptions& options) {
-  AlphaVectors base = fastInformedBound(model);
-  if (model.fullyObservable()) return PointUpperBound(std::move(base));
-  const Eigen::MatrixXd beliefs = reachableBeliefs(model, 64);
-  PointUpperBound bound(std::move(base), beliefs);
-  const double round_work = roundWork(model, beliefs.cols());
-  for (double work = round_work; work < options.work; work += round_work) {
-    if (backUpRound(model, beliefs, bound) < options.tolerance) break;
+double PointUpperBound::exactValue(const Eigen::Ref<const Eigen::VectorXd>& belief) const {
+  const double cheap = value(belief);
+  if (!table_ || table_->size() == 0) return cheap;
+  thread_local Interpolator interpolator;
+  const SparseBelief sparse(belief);
+  std::vector<int> basis(sparse.index.size(), -1);
+  return std::min(cheap, interpolator.solve(*table_, sparse.index.data(), sparse.value.data(),
+                                            sparse.size(), basis.data()));
+}
+
+Eigen::MatrixXd PointUpperBound::points() const {
+  const int count = table_ ? table_->size() : 0;
+  Eigen::MatrixXd all(corners_.size(), count);
+  for (int k = 0; k < count; ++k) {
+    all.col(k) = table_->belief(k).dense(static_cast<int>(corners_.size()));
   }
-  return bound;
+  return all;
+}
+
+Eigen::VectorXd PointUpperBound::values() const {
+  const int count = table_ ? table_->size() : 0;
+  return Eigen::Map<const Eigen::VectorXd>(count > 0 ? table_->values() : nullptr, count);
+}
+
+PointUpperBound pointBasedUpperBound(const Pomdp& model, const UpperBoundOptions& options) {
+  SolveOptions limits;
+  limits.time = std::numeric_limits<double>::infinity();
+  limits.work = options.work;
+  limits.gap = options.gap;
+  limits.points = options.points;
+  limits.query_points = options.query_points;
+  limits.lower_share = 0.1;
+  return solve(model, limits).upper;
 }
 
 }  // namespace fabric::planner

@@ -2,44 +2,43 @@
 #include "solver_kernels.hpp"
 
 #include <algorithm>
-#include <cstring>
-#include <limits>
 
 namespace fabric::planner {
 namespace {
 
-constexpr int WIDE = 2 * BLOCK;
+// Written with vectors because compilers otherwise take the short loop over the terms for the one
+// that pays, and gather.
+constexpr int LANES = 8;
+using Lane = double __attribute__((vector_size(LANES * sizeof(double))));
+using LaneAt = double __attribute__((vector_size(LANES * sizeof(double)), aligned(sizeof(double))));
 
-/// A block of accumulators that the compiler keeps in registers.
-template <int WIDTH>
-[[gnu::always_inline]] inline void combineBlock(const double* table, std::ptrdiff_t stride,
+[[gnu::always_inline]] inline const LaneAt& at(const double* numbers) {
+  return *reinterpret_cast<const LaneAt*>(numbers);
+}
+
+[[gnu::always_inline]] inline LaneAt& at(double* numbers) {
+  return *reinterpret_cast<LaneAt*>(numbers);
+}
+
+/// COUNT accumulators that stay in registers.
+template <int COUNT>
+[[gnu::always_inline]] inline void combineLanes(const double* table, std::ptrdiff_t stride,
                                                 const int* index, const double* value, int terms,
                                                 const double* start, double* out) {
-  double sum[WIDTH];
-  for (int k = 0; k < WIDTH; ++k) sum[k] = start == nullptr ? 0.0 : start[k];
+  Lane sum[COUNT];
+#pragma GCC unroll 8
+  for (int j = 0; j < COUNT; ++j) sum[j] = start == nullptr ? Lane{} : at(start + LANES * j);
   for (int i = 0; i < terms; ++i) {
     const double* row = table + index[i] * stride;
     const double factor = value[i];
-    for (int k = 0; k < WIDTH; ++k) sum[k] += factor * row[k];
+#pragma GCC unroll 8
+    for (int j = 0; j < COUNT; ++j) sum[j] += factor * at(row + LANES * j);
   }
-  std::memcpy(out, sum, sizeof(sum));
+#pragma GCC unroll 8
+  for (int j = 0; j < COUNT; ++j) at(out + LANES * j) = sum[j];
 }
 
-[[gnu::always_inline]] inline void smallestBlock(const double* table, std::ptrdiff_t stride,
-                                                 const int* index, const double* value, int terms,
-                                                 double* out) {
-  double least[BLOCK];
-  for (double& number : least) number = std::numeric_limits<double>::max();
-  for (int i = 0; i < terms; ++i) {
-    const double* row = table + index[i] * stride;
-    const double factor = value[i];
-    for (int k = 0; k < BLOCK; ++k) {
-      const double product = factor * row[k];
-      least[k] = product < least[k] ? product : least[k];
-    }
-  }
-  std::memcpy(out, least, sizeof(least));
-}
+constexpr int WIDE = 4 * BLOCK;
 
 }  // namespace
 
@@ -48,20 +47,25 @@ void combineRows(const double* table, std::ptrdiff_t stride, const int* index, c
                  int terms, const double* start, int count, double* out) {
   int k = 0;
   for (; k + WIDE <= count; k += WIDE) {
-    combineBlock<WIDE>(table + k, stride, index, value, terms,
-                       start == nullptr ? nullptr : start + k, out + k);
+    combineLanes<WIDE / LANES>(table + k, stride, index, value, terms,
+                               start == nullptr ? nullptr : start + k, out + k);
   }
   for (; k < count; k += BLOCK) {
-    combineBlock<BLOCK>(table + k, stride, index, value, terms,
-                        start == nullptr ? nullptr : start + k, out + k);
+    combineLanes<BLOCK / LANES>(table + k, stride, index, value, terms,
+                                start == nullptr ? nullptr : start + k, out + k);
   }
 }
 
 FABRIC_SOLVER_CLONES
 void smallestProducts(const double* table, std::ptrdiff_t stride, const int* index,
                       const double* value, int terms, int count, double* out) {
-  for (int k = 0; k < count; k += BLOCK) {
-    smallestBlock(table + k, stride, index, value, terms, out + k);
+  for (int k = 0; k < count; k += LANES) {
+    Lane least = value[0] * at(table + index[0] * stride + k);
+    for (int i = 1; i < terms; ++i) {
+      const Lane product = value[i] * at(table + index[i] * stride + k);
+      least = product < least ? product : least;
+    }
+    at(out + k) = least;
   }
 }
 
@@ -96,27 +100,55 @@ int positionOfSmallest(const double* numbers, int count) {
 FABRIC_SOLVER_CLONES
 void combineConsecutive(const double* table, std::ptrdiff_t stride, const double* value, int terms,
                         int count, double* out) {
-  for (int first = 0; first < count; first += BLOCK) {
-    double sum[BLOCK] = {};
-    for (int i = 0; i < terms; ++i) {
-      const double* row = table + i * stride + first;
-      for (int k = 0; k < BLOCK; ++k) sum[k] += value[i] * row[k];
-    }
-    std::memcpy(out + first, sum, sizeof(sum));
+  for (int k = 0; k < count; k += LANES) {
+    Lane sum{};
+    for (int i = 0; i < terms; ++i) sum += value[i] * at(table + i * stride + k);
+    at(out + k) = sum;
   }
 }
 
 FABRIC_SOLVER_CLONES
 void sumOfProducts(const double* table, std::ptrdiff_t stride, const double* const* rows, int terms,
                    int count, double* out) {
-  for (int first = 0; first < count; first += BLOCK) {
-    double sum[BLOCK] = {};
-    for (int i = 0; i < terms; ++i) {
-      const double* left = table + i * stride + first;
-      const double* right = rows[i] + first;
-      for (int k = 0; k < BLOCK; ++k) sum[k] += left[k] * right[k];
-    }
-    std::memcpy(out + first, sum, sizeof(sum));
+  for (int k = 0; k < count; k += LANES) {
+    Lane sum{};
+    for (int i = 0; i < terms; ++i) sum += at(table + i * stride + k) * at(rows[i] + k);
+    at(out + k) = sum;
+  }
+}
+
+FABRIC_SOLVER_CLONES
+void pivotRows(double* table, std::ptrdiff_t stride, const double* column, int rows, int row,
+               int count) {
+  double* own = table + row * stride;
+  const double inverse = 1.0 / column[row];
+  for (int k = 0; k < count; k += LANES) at(own + k) = inverse * at(own + k);
+  for (int r = 0; r < rows; ++r) {
+    if (r == row) continue;
+    double* other = table + r * stride;
+    for (int k = 0; k < count; k += LANES) at(other + k) -= column[r] * at(own + k);
+  }
+}
+
+FABRIC_SOLVER_CLONES
+void rowDots(const double* table, std::ptrdiff_t stride, const double* x, int rows, int count,
+             double* out) {
+  for (int r = 0; r < rows; ++r) {
+    Lane sum{};
+    for (int k = 0; k < count; k += LANES) sum += at(table + r * stride + k) * at(x + k);
+    out[r] = ((sum[0] + sum[4]) + (sum[1] + sum[5])) + ((sum[2] + sum[6]) + (sum[3] + sum[7]));
+  }
+}
+
+FABRIC_SOLVER_CLONES
+void blockMinima(const double* numbers, int count, double* minima) {
+  for (int block = 0; block * BLOCK < count; ++block) {
+    const Lane left = at(numbers + block * BLOCK);
+    const Lane right = at(numbers + block * BLOCK + LANES);
+    const Lane least = left < right ? left : right;
+    double smallest = least[0];
+    for (int j = 1; j < LANES; ++j) smallest = least[j] < smallest ? least[j] : smallest;
+    minima[block] = smallest;
   }
 }
 

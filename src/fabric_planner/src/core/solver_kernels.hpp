@@ -40,4 +40,16 @@ void combineConsecutive(const double* table, std::ptrdiff_t stride, const double
 void sumOfProducts(const double* table, std::ptrdiff_t stride, const double* const* rows, int terms,
                    int count, double* out);
 
+/// Divides a row of the table by its entry in `column` and takes column[r] times that from every
+/// other row r: one step of Gauss and Jordan. count, a multiple of BLOCK: columns of the table.
+void pivotRows(double* table, std::ptrdiff_t stride, const double* column, int rows, int row,
+               int count);
+
+/// out[r] = sum_k table[r * stride + k] * x[k], k < count, a multiple of BLOCK.
+void rowDots(const double* table, std::ptrdiff_t stride, const double* x, int rows, int count,
+             double* out);
+
+/// The smallest of each BLOCK of numbers; count: a multiple of BLOCK.
+void blockMinima(const double* numbers, int count, double* minima);
+
 }  // namespace fabric::planner
