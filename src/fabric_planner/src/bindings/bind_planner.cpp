@@ -48,6 +48,7 @@ void bindDecisionResult(py::module_& module) {
       .def_readonly("nodes", &Decision::nodes, "expanded beliefs of the tree")
       .def_readonly("kept_nodes", &Decision::kept_nodes,
                     "those of them that were kept from the step before")
+      .def_readonly("trials", &Decision::trials, "paths followed from the root down")
       .def_readonly("planning_time", &Decision::planning_time, "s")
       .def_readonly("deadline_missed", &Decision::deadline_missed)
       .def_readonly("fallback_used", &Decision::fallback_used,

@@ -11,6 +11,7 @@ void bindFiles(pybind11::module_& module);
 void bindSolvers(pybind11::module_& module);
 void bindPlanner(pybind11::module_& module);
 void bindEvaluate(pybind11::module_& module);
+void bindGenerative(pybind11::module_& module);
 void bindDecision(pybind11::module_& module);
 void bindMotion(pybind11::module_& module);
 

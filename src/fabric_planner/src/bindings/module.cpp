@@ -8,6 +8,7 @@ PYBIND11_MODULE(_core, module) {
   fabric::planner::bindSolvers(module);
   fabric::planner::bindPlanner(module);
   fabric::planner::bindEvaluate(module);
+  fabric::planner::bindGenerative(module);
   fabric::planner::bindDecision(module);
   fabric::planner::bindMotion(module);
 }
