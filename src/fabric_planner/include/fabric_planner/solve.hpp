@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <functional>
 #include <limits>
 #include <vector>
 
@@ -8,6 +9,14 @@
 #include "fabric_planner/upper_bound.hpp"
 
 namespace fabric::planner {
+
+/// Bounds at the initial belief after so much time and work.
+struct SolveProgress {
+  double time;  ///< s of CPU time
+  double work;  ///< multiplications
+  double lower;
+  double upper;
+};
 
 /// When to stop; whichever comes first. Results repeat exactly unless it was the time.
 struct SolveOptions {
@@ -19,14 +28,8 @@ struct SolveOptions {
   int query_points = 128;     ///< of them for PointUpperBound::value()
   double lower_share = 0.15;  ///< of the work, that goes into the lower bound, in [0, 1]
   std::uint64_t seed = 1;
-};
-
-/// Bounds at the initial belief after so much time and work.
-struct SolveProgress {
-  double time;  ///< s of CPU time
-  double work;  ///< multiplications
-  double lower;
-  double upper;
+  /// Told every entry of the history as it is made; may be empty. What it throws ends solve().
+  std::function<void(const SolveProgress&)> progress;
 };
 
 /// A policy and how far it may be from the best one.

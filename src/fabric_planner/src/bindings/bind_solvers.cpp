@@ -107,7 +107,7 @@ void bindSolve(py::module_& module) {
   module.def(
       "solve",
       [](const std::shared_ptr<Pomdp>& model, double time, double gap, double work, int beliefs,
-         int points, std::uint64_t seed) {
+         int points, std::uint64_t seed, const py::object& progress) {
         SolveOptions options;
         options.time = time;
         options.gap = gap;
@@ -115,14 +115,22 @@ void bindSolve(py::module_& module) {
         options.beliefs = beliefs;
         options.points = points;
         options.seed = seed;
+        if (!progress.is_none()) {
+          options.progress = [&progress](const SolveProgress& now) {
+            const py::gil_scoped_acquire acquire;
+            progress(now.time, now.lower, now.upper);
+          };
+        }
         py::gil_scoped_release release;
         return solve(*model, options);
       },
       "model"_a, "time"_a = defaults.time, "gap"_a = defaults.gap, "work"_a = defaults.work,
       "beliefs"_a = defaults.beliefs, "points"_a = defaults.points, "seed"_a = defaults.seed,
+      "progress"_a = py::none(),
       "Improves a lower and an upper bound until `time` (s of CPU time), `work` (multiplications)\n"
       "or the `gap` at the initial belief is reached. beliefs, points: at most, of the lower and\n"
-      "the upper bound. Repeats exactly unless time ended it. Raises ModelError.");
+      "the upper bound. Repeats exactly unless time ended it. progress, a function of\n"
+      "(CPU time, lower, upper), is called whenever a bound may have moved. Raises ModelError.");
 }
 
 }  // namespace

@@ -85,6 +85,7 @@ class Solver {
       now.upper = std::min(now.upper, history_.back().upper);
     }
     history_.push_back(now);
+    if (options_.progress) options_.progress(now);
   }
 
   double begin_ = threadTime();
@@ -111,7 +112,11 @@ Solution stateSeen(const Pomdp& model) {
 
 Solution solve(const Pomdp& model, const SolveOptions& options) {
   check(options);
-  if (model.fullyObservable()) return stateSeen(model);
+  if (model.fullyObservable()) {
+    Solution solution = stateSeen(model);
+    if (options.progress) options.progress(solution.history.back());
+    return solution;
+  }
   Solver solver(model, options);
   solver.run();
   return std::move(solver).solution();
