@@ -28,9 +28,9 @@ class GenerativeModel:
     * `lower_bound_at_horizon(state)`: at most what the default policy earns from there
     * `legal(state, action)`: may the action be taken?
 
-    States and observations are any hashable values. Two equal states are one. A model in Python is
-    50 to 500 times slower than one in C++: each call takes the interpreter's lock, and what it
-    raises reaches the caller of the planner.
+    States and observations are any hashable values. Two equal states are one. A step in Python is
+    at least ten times slower than one in C++, since each call takes the interpreter's lock; give
+    Despot fewer scenarios. What a method raises reaches the caller of the planner.
     """
 
     n_actions: int
