@@ -149,11 +149,11 @@ class DefaultPolicy {
     State* states = states_.data() + set.begin;
     std::uint32_t* scenarios = scenarios_.data() + set.begin;
     while (set.count > 0 && set.depth < depth_) {
-      if (!clock.spend(set.count)) return false;
       const int action = decide(states, set.count);
       double reward = 0.0;
       int left = 0;
       for (int i = 0; i < set.count; ++i) {
+        if (!clock.spend(1)) return false;
         State state = states[i];
         const std::uint32_t scenario = scenarios[i];
         const Step step = model_.step(state, action, streams.at(scenario, set.depth));

@@ -277,9 +277,9 @@ class Despot {
   /// Steps every scenario of a node into next_states_ and so on. @return how many go on; -1 when
   /// time was up.
   int step(const DespotNode& node, int action, SearchClock& clock, double& reward) {
-    if (!clock.spend(node.count)) return -1;
     int left = 0;
     for (int i = 0; i < node.count; ++i) {
+      if (!clock.spend(1)) return -1;
       State state = states(node)[i];
       const Step step = model_.step(state, action, streams_.at(node.scenarios[i], node.depth));
       reward += step.reward;
