@@ -46,7 +46,7 @@ AlphaVectors blindBound(const Pomdp& model);
 struct PointBasedOptions {
   int beliefs = 200;        ///< at which the bound is improved, at most
   int first_beliefs = 60;   ///< taken from the policy of the fast informed bound
-  int new_beliefs = 20;     ///< gathered each further round along the own policy
+  int new_beliefs = 20;     ///< gathered each further round along the own policy, or a fifth
   int episodes = 10;        ///< simulated a round
   int depth = 60;           ///< steps of an episode
   int rounds = 40;          ///< at most

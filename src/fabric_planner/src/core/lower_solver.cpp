@@ -184,7 +184,9 @@ bool LowerSolver::step(const PointBasedOptions& options) {
                    std::min(options.first_beliefs, room()));
     improvements = FIRST_IMPROVEMENTS;
   } else if (room() > 0) {
-    added = gather(options.episodes, options.depth, std::min(options.new_beliefs, room()));
+    const int share = static_cast<int>(beliefs_.size()) / 5;
+    added = gather(options.episodes, options.depth,
+                   std::min(std::max(options.new_beliefs, share), room()));
   }
   double gain = 0.0;
   for (int i = 0; i < improvements; ++i) gain = std::max(gain, improve());

@@ -14,6 +14,7 @@
 namespace fabric::planner {
 namespace {
 
+constexpr int PATIENCE = 8;         // fruitless steps after which the lower bound is given up
 constexpr double FIRST_WORK = 4e7;  // for the lower bound before the upper one begins
 
 double threadTime() {
@@ -34,8 +35,8 @@ void check(const SolveOptions& options) {
   need(options.beliefs > 0, "beliefs", options.beliefs, "at least 1");
   need(options.points > 0, "points", options.points, "at least 1");
   need(options.query_points >= 0, "query_points", options.query_points, "at least 0");
-  need(options.lower_share >= 0.0 && options.lower_share <= 1.0, "lower_share", options.lower_share,
-       "a share from 0 to 1");
+  need(options.least_share >= 0.0 && options.least_share <= 0.5, "least_share", options.least_share,
+       "a share from 0 to 0.5");
 }
 
 class Solver {
@@ -51,12 +52,17 @@ class Solver {
   void run() {
     note();
     while (goesOn()) {
-      if (lowerIsNext()) {
-        lower_left_ = lower_.step(lower_options_);
+      const double work_before = work();
+      const double gap_before = gap();
+      const bool lower = lowerIsNext();
+      if (lower) {
+        stepLower();
       } else {
         upper_left_ = upper_.round(lower_.vectors(), options_.points, [this] { return goesOn(); });
       }
       note();
+      double& rate = lower ? lower_rate_ : upper_rate_;
+      rate = 0.5 * (rate + (gap_before - gap()) / std::max(1.0, work() - work_before));
     }
   }
 
@@ -69,13 +75,32 @@ class Solver {
 
   [[nodiscard]] bool goesOn() const {
     if (!lower_left_ && !upper_left_) return false;
-    const double gap = std::min(upper_.root(), history_.back().upper) - history_.back().lower;
-    return gap > options_.gap && work() < options_.work && threadTime() - begin_ < options_.time;
+    const double open = std::min(upper_.root(), history_.back().upper) - history_.back().lower;
+    return open > options_.gap && work() < options_.work && threadTime() - begin_ < options_.time;
   }
 
+  /// The beliefs of the optimist's last trial are tried too: the own policy alone meets only what
+  /// it knows already.
+  void stepLower() {
+    int added = 0;
+    for (const SparseBelief& belief : upper_.path()) {
+      if (static_cast<int>(lower_.beliefs().size()) >= options_.beliefs) break;
+      if (lower_.addBelief(belief)) ++added;
+    }
+    const double before = lower_.root();
+    const bool moved = lower_.step(lower_options_) || added > 0;
+    fruitless_ = moved && lower_.root() > before ? 0 : fruitless_ + 1;
+    lower_left_ = moved || fruitless_ < PATIENCE;
+  }
+
+  [[nodiscard]] double gap() const { return history_.back().upper - history_.back().lower; }
+
+  /// The side that closes the gap faster, but neither gets less than its share.
   [[nodiscard]] bool lowerIsNext() const {
     if (!lower_left_ || !upper_left_) return lower_left_;
-    return lower_.work() < std::max(FIRST_WORK, options_.lower_share * work());
+    const double done = lower_.work();
+    if (done < std::max(FIRST_WORK, options_.least_share * work())) return true;
+    return lower_rate_ > upper_rate_ && work() - done > options_.least_share * work();
   }
 
   void note() {
@@ -94,6 +119,9 @@ class Solver {
   SolverModel model_;
   LowerSolver lower_;
   UpperSolver upper_;
+  double lower_rate_ = 0.0;  ///< gap closed for each multiplication of late
+  double upper_rate_ = 0.0;
+  int fruitless_ = 0;  ///< steps of the lower bound in a row that gained nothing
   bool lower_left_ = true;
   bool upper_left_ = true;
   std::vector<SolveProgress> history_;

@@ -229,12 +229,12 @@ int UpperSolver::descend(int site, int action, const VectorSet& lower, double ex
 
 void UpperSolver::trial(const VectorSet& lower, double excess, int max_points) {
   ++trials_;
-  std::vector<int> path;
+  path_.clear();
   int site = root_;
   double left_alone =
       excess * (root() - lower.best(sites_[static_cast<size_t>(root_)].belief).value);
-  while (site >= 0 && static_cast<int>(path.size()) < MAX_DEPTH) {
-    path.push_back(site);
+  while (site >= 0 && static_cast<int>(path_.size()) < MAX_DEPTH) {
+    path_.push_back(site);
     const int action = bestKnown(site);
     left_alone /= m_.discount();
     const int o = descend(site, action, lower, left_alone);
@@ -246,7 +246,13 @@ void UpperSolver::trial(const VectorSet& lower, double excess, int max_points) {
     const double v = std::min(base_set_.best(next).value, bound / outcomes_.probability(o));
     site = siteOf(next, v, max_points);
   }
-  for (size_t i = path.size(); i-- > 0;) backUp(path[i]);
+  for (size_t i = path_.size(); i-- > 0;) backUp(path_[i]);
+}
+
+std::vector<SparseBelief> UpperSolver::path() const {
+  std::vector<SparseBelief> beliefs;
+  for (const int site : path_) beliefs.push_back(sites_[static_cast<size_t>(site)].belief);
+  return beliefs;
 }
 
 double UpperSolver::sweep(int sweeps, double tolerance) {

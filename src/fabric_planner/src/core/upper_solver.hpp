@@ -39,6 +39,8 @@ class UpperSolver {
   /// Finds the best weights again for the best action of every point and corner.
   void reoptimise(const std::function<bool()>& on);
 
+  /// Beliefs of the last trial, the initial one first.
+  [[nodiscard]] std::vector<SparseBelief> path() const;
   /// Value of the initial belief.
   [[nodiscard]] double root() const { return value(root_); }
   [[nodiscard]] const PointTable& table() const { return table_; }
@@ -87,6 +89,7 @@ class UpperSolver {
   std::vector<Site> sites_;
   std::unordered_multimap<std::uint64_t, int> known_;
   int root_ = -1;
+  std::vector<int> path_;  ///< sites of the last trial
   Outcomes outcomes_;
   std::vector<double> sums_;  ///< weight of each site, zero between calls
   Random random_;
