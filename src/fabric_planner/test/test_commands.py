@@ -78,7 +78,41 @@ def test_plan_shows_the_tree_as_text_json_and_picture(capsys, tmp_path):
     assert (tmp_path / "tree.png").read_bytes().startswith(PNG)
 
 
-# --- evaluating --------------------------------------------------------------------------------
+# --- solving -----------------------------------------------------------------------------------
+
+
+def test_solving_ends_at_the_gap_and_tells_how_the_bounds_moved(capsys, tmp_path):
+    picture = tmp_path / "bounds.png"
+    told = answer(capsys, str(TIGER), "--solve", "20", "--gap", "0.01", "--plot", str(picture))
+    assert told["lower_bound"] <= TIGER_VALUE <= told["upper_bound"]
+    assert told["upper_bound"] - told["lower_bound"] <= 0.01
+    times, lower, upper = np.array(told["history"]).T
+    assert (np.diff(times) >= 0).all()
+    assert (np.diff(lower) >= 0).all() and (np.diff(upper) <= 0).all()
+    assert told["action"] == "listen"
+    assert picture.read_bytes().startswith(PNG)
+
+
+def test_solving_shows_its_progress_to_a_person(capsys):
+    assert plan.main([str(TIGER), "--solve", "20", "--gap", "0.01"]) == 0
+    shown = capsys.readouterr().out
+    assert "lower" in shown and "upper" in shown and "action      listen" in shown
+
+
+def test_a_saved_policy_can_be_asked_and_evaluated(capsys, tmp_path):
+    policy = str(tmp_path / "tiger.policy")
+    solve = [str(TIGER), "--solve", "20", "--gap", "0.01", "--save-policy", policy]
+    told = answer(capsys, *solve)
+    again = answer(capsys, str(TIGER), "--policy", policy)
+    assert again["action"] == "listen"
+    assert again["value"] == pytest.approx(told["lower_bound"], abs=1e-9)
+    sure = answer(capsys, str(TIGER), "--policy", policy, "--belief", "0.01,0.99")
+    assert sure["action"] == "open_left"
+    options = ["--policy", policy, "--evaluate", "100", "--seed", "3"]
+    found = answer(capsys, str(TIGER), *options)["evaluation"]
+    assert found["episodes"] == 100 and found["standard_error"] > 0.0
+    assert abs(found["cv"] - TIGER_VALUE) < 0.05
+    assert abs(found["mean_return"] - TIGER_VALUE) < 5 * found["standard_error"]
 
 
 def test_an_evaluation_repeats_exactly_with_its_seed(capsys):
@@ -94,9 +128,28 @@ def test_an_evaluation_repeats_exactly_with_its_seed(capsys):
 def test_a_model_is_converted_without_loss(capsys, tmp_path):
     written = tmp_path / "copy.pomdpx"
     assert answer(capsys, str(TIGER), "--convert", str(written))["converted"] == str(written)
-    ours, theirs = fp.load_pomdpx(written), fp.load_pomdpx(TIGER)
+    ours, theirs = fp.load(written), fp.load(TIGER)
     for table in ("transition", "observation", "reward", "initial_belief"):
         np.testing.assert_array_equal(getattr(ours, table), getattr(theirs, table))
+
+
+def test_lint_tells_what_it_found_and_plans_nothing(capsys):
+    assert plan.main([str(TIGER), "--lint"]) == 0
+    assert capsys.readouterr().out.count("\n") >= 2
+    told = answer(capsys, str(TIGER), "--lint")
+    assert all(finding["severity"] != "error" for finding in told["lint"])
+    assert "action" not in told
+
+
+def test_lint_ends_with_1_when_a_model_has_no_finite_value(capsys, tmp_path):
+    endless = fp.Pomdp(
+        ["work", "rest"], ["go"], ["nothing"], [[[0.5, 0.5], [0.5, 0.5]]],
+        np.ones((1, 2, 1)), np.array([[1.0, 0.0]]), 1.0, [1.0, 0.0],
+    )  # fmt: skip
+    file = tmp_path / "endless.pomdpx"
+    fp.save_pomdpx(endless, file)
+    assert plan.main([str(file), "--lint"]) == 1
+    assert "error: " in capsys.readouterr().out
 
 
 # --- refusals ----------------------------------------------------------------------------------
@@ -132,8 +185,12 @@ def test_plan_refuses_a_bad_belief(belief, message, capsys):
         (["--gap", "nan"], "gap"),
         (["--gap", "x"], "--gap: invalid float value: 'x'"),
         (["--deadline", "-1"], "deadline"),
+        (["--solve", "-1"], "--solve"),
+        (["--solve", "nan"], "--solve"),
+        (["--plot", "x.png"], "--save-policy and --plot want --solve"),
         (["--evaluate", "0"], "--evaluate"),
         (["--tree", "0"], "--tree"),
+        (["--policy", "no_such.policy"], "no_such.policy"),
         (["--convert", "no_such_folder/x.pomdpx"], "no_such_folder/x.pomdpx"),
         (["--tree-json", "no_such_folder/tree.json"], "no_such_folder/tree.json"),
         (["--wrong"], "--wrong"),

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import fabric_planner as fp
 from fabric_planner import plan_query as query
+from fabric_planner.plan_solve import describe_solution, solve_aloud
 from fabric_planner.tree_plot import write_tree_plot
 from fabric_planner.tree_view import as_text, nested
 
@@ -19,14 +20,18 @@ def run(path: str, arguments: argparse.Namespace) -> tuple[dict, str]:
 
     Raises ModelError or OSError naming file, option or belief.
     """
-    model = fp.load_pomdpx(path, normalise=arguments.normalise)
+    model = fp.load(path, normalise=arguments.normalise)
     answer = query.facts(path, model)
     texts = [query.describe_model(answer)]
-    _add(_convert(model, arguments), answer, texts)
+    policy = fp.load_policy(arguments.policy, model) if arguments.policy else None
+    for job in (_lint, _convert):
+        _add(job(model, arguments), answer, texts)
+    if arguments.solve is not None:
+        policy = _solve(model, arguments, answer, texts)
     if arguments.evaluate is not None:
-        _add(_evaluate(model, arguments), answer, texts)
+        _add(_evaluate(model, policy, arguments), answer, texts)
     if _asks(arguments):
-        _add(_ask(model, arguments), answer, texts)
+        _add(_ask(model, policy, arguments), answer, texts)
     return answer, "\n".join(texts)
 
 
@@ -38,7 +43,7 @@ def _add(told: tuple[dict, str] | None, answer: dict, texts: list[str]) -> None:
 
 def _asks(arguments: argparse.Namespace) -> bool:
     """A belief is asked about unless only something else was wanted."""
-    other = arguments.convert or arguments.evaluate is not None
+    other = arguments.lint or arguments.convert or arguments.evaluate is not None
     return not other or arguments.belief is not None or _wants_tree(arguments)
 
 
@@ -46,11 +51,38 @@ def _wants_tree(arguments: argparse.Namespace) -> bool:
     return arguments.tree is not None or bool(arguments.tree_json or arguments.tree_plot)
 
 
+def _lint(model: fp.Pomdp, arguments: argparse.Namespace) -> tuple[dict, str] | None:
+    if not arguments.lint:
+        return None
+    findings = [
+        {
+            "kind": finding.kind,
+            "severity": finding.severity,
+            "places": finding.places,
+            "sentence": finding.sentence,
+        }
+        for finding in fp.lint(model)
+    ]
+    lines = [f"{f['severity']}: {f['sentence']} ({f['kind']})" for f in findings]
+    return {"lint": findings}, "\n".join(lines) or "nothing looks like a mistake"
+
+
 def _convert(model: fp.Pomdp, arguments: argparse.Namespace) -> tuple[dict, str] | None:
     if not arguments.convert:
         return None
     fp.save_pomdpx(model, arguments.convert)
     return {"converted": arguments.convert}, f"written     {arguments.convert}"
+
+
+def _solve(
+    model: fp.Pomdp, arguments: argparse.Namespace, answer: dict, texts: list[str]
+) -> fp.AlphaVectors:
+    solution, told = solve_aloud(model, arguments)
+    _add((told, describe_solution(told)), answer, texts)
+    if arguments.save_policy:
+        fp.save_policy(solution.lower, model, arguments.save_policy)
+        texts.append(f"written     {arguments.save_policy}")
+    return solution.lower
 
 
 def _planner(model: fp.Pomdp, arguments: argparse.Namespace, deadline: float) -> fp.OnlinePlanner:
@@ -61,8 +93,10 @@ def _planner(model: fp.Pomdp, arguments: argparse.Namespace, deadline: float) ->
     return fp.OnlinePlanner(model, options)
 
 
-def _evaluate(model: fp.Pomdp, arguments: argparse.Namespace) -> tuple[dict, str]:
-    chosen = _planner(model, arguments, EVALUATION_DEADLINE)
+def _evaluate(
+    model: fp.Pomdp, policy: fp.AlphaVectors | None, arguments: argparse.Namespace
+) -> tuple[dict, str]:
+    chosen = policy or _planner(model, arguments, EVALUATION_DEADLINE)
     found = fp.evaluate(model, chosen, episodes=arguments.evaluate, seed=arguments.seed)
     told = {
         "episodes": arguments.evaluate,
@@ -81,10 +115,15 @@ def _evaluate(model: fp.Pomdp, arguments: argparse.Namespace) -> tuple[dict, str
     return {"evaluation": told}, text
 
 
-def _ask(model: fp.Pomdp, arguments: argparse.Namespace) -> tuple[dict, str]:
+def _ask(
+    model: fp.Pomdp, policy: fp.AlphaVectors | None, arguments: argparse.Namespace
+) -> tuple[dict, str]:
     belief = model.initial_belief
     if arguments.belief is not None:
         belief = query.parse_belief(arguments.belief, model)
+    if policy is not None and not _wants_tree(arguments):
+        told = query.ask_policy(policy, model, belief)
+        return told, query.describe_policy(told)
     planner = _planner(model, arguments, QUERY_DEADLINE)
     told = query.ask_search(planner, model, belief)
     text = query.describe_search(told)

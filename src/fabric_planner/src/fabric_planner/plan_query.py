@@ -85,3 +85,22 @@ def describe_search(answer: dict) -> str:
         f"ended by {answer['ended_by']}"
     )
     return "\n".join(lines)
+
+
+def ask_policy(policy: fp.AlphaVectors, model: fp.Pomdp, belief: np.ndarray) -> dict:
+    """What a policy of alpha vectors would do. Raises ModelError for a bad belief."""
+    checked = fp.BeliefFilter(model)
+    checked.reset(belief)
+    return {
+        "belief": [float(p) for p in belief],
+        "action": model.actions[policy.action(checked.belief)],
+        "value": policy.value(checked.belief),
+        "vectors": len(policy),
+    }
+
+
+def describe_policy(answer: dict) -> str:
+    return (
+        f"action      {answer['action']}\n"
+        f"value       {answer['value']:.6g}, told by a policy of {answer['vectors']} vectors"
+    )
