@@ -12,7 +12,7 @@ import pytest
 import scipy.sparse
 
 import fabric_planner as fp
-from fabric_planner.bench import tiger
+from fabric_planner.bench_tabular import tiger
 from fabric_planner.paths import shipped_models
 
 TIGER = Path(__file__).parent / "models" / "tiger.pomdpx"
