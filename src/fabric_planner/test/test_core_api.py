@@ -221,30 +221,44 @@ def test_every_shipped_model_loads_and_ends_for_good():
         assert all(model.terminal[model.state_index(s)] for s in ends), path.name
 
 
-def test_other_threads_run_while_the_planner_searches():
+def noise(n: int = 12) -> fp.Pomdp:
+    """A model that takes long to solve."""
     rng = np.random.default_rng(1)
-    n = 12
-    model = fp.Pomdp(
+    return fp.Pomdp(
         [f"s{i}" for i in range(n)], ["a", "b"], [f"o{i}" for i in range(n)],
         rng.dirichlet(np.ones(n), (2, n)), rng.dirichlet(np.ones(n), (2, n)),
         rng.normal(size=(2, n)), 0.99, np.full(n, 1 / n),
     )  # fmt: skip
-    planner = fp.OnlinePlanner(model, fp.PlannerOptions(deadline=0.5, gap=0.0, max_nodes=10**6))
+
+
+def search() -> bool:
+    options = fp.PlannerOptions(deadline=0.5, gap=0.0, max_nodes=10**6)
+    model = noise()
+    decision = fp.OnlinePlanner(model, options).decide(model.initial_belief)
+    return decision.ended_by == fp.EndedBy.DEADLINE
+
+
+def solve() -> bool:
+    return fp.solve(noise(), time=0.3, gap=0.0).gap > 0.0
+
+
+@pytest.mark.parametrize("work", [search, solve])
+def test_other_threads_run_while_the_core_works(work):
     started, answers = threading.Event(), []
 
-    def search() -> None:
+    def run() -> None:
         started.set()
-        answers.append(planner.decide(model.initial_belief))
+        answers.append(work())
 
-    thread = threading.Thread(target=search)
+    thread = threading.Thread(target=run)
     thread.start()
     started.wait()
     turns = 0
     while not answers:
         turns += 1
         thread.join(0.001)
-    assert answers[0].ended_by == fp.EndedBy.DEADLINE
     assert turns > 5
+    assert answers[0]
 
 
 def test_the_core_needs_no_ros():

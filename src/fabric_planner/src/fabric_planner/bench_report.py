@@ -17,7 +17,7 @@ def number(value: object) -> str:
     if value is None:
         return "-"
     if isinstance(value, float):
-        return f"{value:.4g}"
+        return f"{value:.5g}"
     return str(value)
 
 
