@@ -77,6 +77,8 @@ def _convert(model: fp.Pomdp, arguments: argparse.Namespace) -> tuple[dict, str]
 def _solve(
     model: fp.Pomdp, arguments: argparse.Namespace, answer: dict, texts: list[str]
 ) -> fp.AlphaVectors:
+    while texts and not arguments.json:
+        print(texts.pop(0), flush=True)
     solution, told = solve_aloud(model, arguments)
     _add((told, describe_solution(told)), answer, texts)
     if arguments.save_policy:
