@@ -79,5 +79,13 @@ TEST(NoAllocation, AWarmDecisionAndUpdateTakeNothingFromTheHeap) {
   }
 }
 
+TEST(NoAllocation, NorWithTheOfflineBoundsOfTheDefaults) {
+  std::mt19937 random(52);
+  const auto m = testing::randomPomdp(random, 6, 3, 4, 0.95);
+  OnlinePlanner planner(m, {AMPLE, 1e-3, 50});
+  BeliefFilter filter(m);
+  EXPECT_EQ(takenByARun(planner, filter), 0);
+}
+
 }  // namespace
 }  // namespace fabric::planner

@@ -57,6 +57,19 @@ def test_a_quickly_prepared_planner_keeps_its_promises():
     assert decision.lower_bound <= 19.3714 <= decision.upper_bound + 1e-3
 
 
+def test_a_planner_searches_between_the_bounds_of_a_solution():
+    model = tiger()
+    solution = fp.solve(model, time=0.2)
+    search = fp.OnlinePlanner(
+        model, fp.PlannerOptions(AMPLE, 0.0, 0), lower=solution.lower, upper=solution.upper
+    )
+    decision = search.decide([0.5, 0.5])
+    assert decision.lower_bound == pytest.approx(solution.lower.value([0.5, 0.5]))
+    assert decision.upper_bound >= decision.lower_bound
+    with pytest.raises(fp.ModelError, match="lower bound is of shape"):
+        fp.OnlinePlanner(model, lower=fp.AlphaVectors(np.zeros((1, 5)), [0]))
+
+
 def test_evaluate_takes_planners_vectors_and_functions():
     model = tiger()
     policies = [

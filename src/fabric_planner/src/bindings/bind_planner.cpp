@@ -3,6 +3,7 @@
 #include <pybind11/stl.h>
 
 #include <memory>
+#include <optional>
 
 #include "arrays.hpp"
 #include "bindings.hpp"
@@ -74,6 +75,16 @@ py::list treeOf(const OnlinePlanner& planner, int max_depth, double min_probabil
   return list;
 }
 
+std::unique_ptr<OnlinePlanner> makePlanner(std::shared_ptr<Pomdp> model, PlannerOptions options,
+                                           const std::optional<AlphaVectors>& lower,
+                                           const std::optional<PointUpperBound>& upper) {
+  const py::gil_scoped_release release;
+  if (!lower && !upper) return std::make_unique<OnlinePlanner>(std::move(model), options);
+  return std::make_unique<OnlinePlanner>(model, options,
+                                         lower ? *lower : preparedLowerBound(*model, options),
+                                         upper ? *upper : preparedUpperBound(*model, options));
+}
+
 }  // namespace
 
 void bindPlanner(py::module_& module) {
@@ -82,11 +93,11 @@ void bindPlanner(py::module_& module) {
   py::class_<OnlinePlanner>(module, "OnlinePlanner",
                             "Anytime search over exact beliefs between two bounds. The same\n"
                             "belief gives the same decision unless it ended by DEADLINE.")
-      .def(py::init([](std::shared_ptr<Pomdp> model, PlannerOptions options) {
-             py::gil_scoped_release release;
-             return std::make_unique<OnlinePlanner>(std::move(model), options);
-           }),
-           "model"_a, "options"_a = PlannerOptions{})
+      .def(py::init(&makePlanner), "model"_a, "options"_a = PlannerOptions{},
+           "lower"_a = py::none(), "upper"_a = py::none(),
+           "lower: AlphaVectors, upper: UpperBound, for example of a Solution; what is not given "
+           "is\n"
+           "computed as the options say.")
       .def("decide", &OnlinePlanner::decide, "belief"_a, py::call_guard<py::gil_scoped_release>(),
            "belief: (S,), sums to 1; raises ModelError for anything else. Goes on with the tree\n"
            "when the belief is that of its root.")
