@@ -26,8 +26,8 @@ struct SolveOptions {
   int beliefs = 1000;         ///< of the lower bound, at most
   int points = 5000;          ///< of the upper bound, at most
   int query_points = 128;     ///< of them for PointUpperBound::value()
-  double least_share = 0.15;  ///< of the work, for either bound, in [0, 0.5]; the rest goes where
-                              ///< the gap closes faster
+  double lower_share = 0.15;  ///< of the work, that goes into the lower bound, in [0, 1]; as much
+                              ///< again while that closes the gap faster
   std::uint64_t seed = 1;
   /// Told every entry of the history as it is made; may be empty. What it throws ends solve().
   std::function<void(const SolveProgress&)> progress;

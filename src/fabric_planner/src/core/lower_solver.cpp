@@ -206,45 +206,49 @@ void LowerSolver::backUp(const VectorSet& set, const LookAhead& choice, double* 
   }
 }
 
-double LowerSolver::improve() {
-  VectorSet all(m_.states());
-  std::vector<LookAhead> choices;
-  std::vector<const SparseBelief*> places;
-  std::vector<double> before;
+LowerSolver::Backups LowerSolver::backUpAll() {
+  Backups nodes{{}, VectorSet(m_.states())};
   Eigen::VectorXd alpha = Eigen::VectorXd::Zero(m_.width());
+  LookAhead choice;
   for (const SparseBelief& belief : beliefs_) {
-    LookAhead choice;
     lookAhead(belief, choice);
     if (choice.action < 0) continue;
     backUp(vectors_, choice, alpha.data());
-    all.add(alpha.data(), choice.action);
-    choices.push_back(std::move(choice));
-    places.push_back(&belief);
-    before.push_back(vectors_.best(belief).value);
+    nodes.places.push_back(&belief);
+    nodes.vectors.add(alpha.data(), choice.action);
   }
-  const int nodes = all.size();
-  if (nodes == 0) return 0.0;
-  for (int k = 0; k < vectors_.size(); ++k) all.add(vectors_.row(k), vectors_.action(k));
+  return nodes;
+}
 
+/// Lets the nodes follow one another and the present vectors, which join the set.
+void LowerSolver::evaluate(VectorSet& set, const std::vector<const SparseBelief*>& places) {
+  const int nodes = set.size();
+  for (int k = 0; k < vectors_.size(); ++k) set.add(vectors_.row(k), vectors_.action(k));
   Controller controller(m_);
   Eigen::MatrixXd start(m_.width(), nodes);
   std::vector<int> next;
   for (int i = 0; i < nodes; ++i) {
-    const int action = choices[static_cast<size_t>(i)].action;
-    bestSuccessors(all, *places[static_cast<size_t>(i)], action, next);
-    controller.add(action, next);
-    start.col(i) = Eigen::Map<const Eigen::VectorXd>(all.row(i), m_.width());
+    bestSuccessors(set, *places[static_cast<size_t>(i)], set.action(i), next);
+    controller.add(set.action(i), next);
+    start.col(i) = Eigen::Map<const Eigen::VectorXd>(set.row(i), m_.width());
   }
   std::vector<const double*> known;
-  for (int k = nodes; k < all.size(); ++k) known.push_back(all.row(k));
+  for (int k = nodes; k < set.size(); ++k) known.push_back(set.row(k));
   const Eigen::MatrixXd values = controller.evaluate(known, std::move(start), work_);
-  for (int i = 0; i < nodes; ++i) all.set(i, values.col(i).data());
-  vectors_ = std::move(all);
+  for (int i = 0; i < nodes; ++i) set.set(i, values.col(i).data());
+}
+
+double LowerSolver::improve() {
+  Backups nodes = backUpAll();
+  if (nodes.places.empty()) return 0.0;
+  std::vector<double> before;
+  for (const auto* place : nodes.places) before.push_back(vectors_.best(*place).value);
+  evaluate(nodes.vectors, nodes.places);
+  vectors_ = std::move(nodes.vectors);
   prune();
   double gain = 0.0;
-  for (int i = 0; i < nodes; ++i) {
-    gain = std::max(gain, vectors_.best(*places[static_cast<size_t>(i)]).value -
-                              before[static_cast<size_t>(i)]);
+  for (size_t i = 0; i < before.size(); ++i) {
+    gain = std::max(gain, vectors_.best(*nodes.places[i]).value - before[i]);
   }
   return gain;
 }

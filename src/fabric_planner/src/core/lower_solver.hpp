@@ -54,6 +54,12 @@ class LowerSolver {
     double gain;
   };
 
+  /// One backup at each belief where any action is allowed.
+  struct Backups {
+    std::vector<const SparseBelief*> places;
+    VectorSet vectors;
+  };
+
   void lookAhead(const SparseBelief& belief, LookAhead& best);
   void simulate(int depth, Random random, std::vector<Met>& met);
   [[nodiscard]] bool hasEnded(const SparseBelief& belief) const;
@@ -63,6 +69,8 @@ class LowerSolver {
   void bestSuccessors(const VectorSet& set, const SparseBelief& belief, int action,
                       std::vector<int>& next);
   void backUp(const VectorSet& set, const LookAhead& choice, double* alpha);
+  Backups backUpAll();
+  void evaluate(VectorSet& set, const std::vector<const SparseBelief*>& places);
   /// Keeps the vectors that are best at one of the beliefs.
   void prune();
 

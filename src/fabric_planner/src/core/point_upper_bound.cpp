@@ -129,7 +129,7 @@ PointUpperBound pointBasedUpperBound(const Pomdp& model, const UpperBoundOptions
   limits.gap = options.gap;
   limits.points = options.points;
   limits.query_points = options.query_points;
-  limits.least_share = 0.1;
+  limits.lower_share = 0.1;
   return solve(model, limits).upper;
 }
 

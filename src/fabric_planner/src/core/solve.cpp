@@ -35,8 +35,8 @@ void check(const SolveOptions& options) {
   need(options.beliefs > 0, "beliefs", options.beliefs, "at least 1");
   need(options.points > 0, "points", options.points, "at least 1");
   need(options.query_points >= 0, "query_points", options.query_points, "at least 0");
-  need(options.least_share >= 0.0 && options.least_share <= 0.5, "least_share", options.least_share,
-       "a share from 0 to 0.5");
+  need(options.lower_share >= 0.0 && options.lower_share <= 1.0, "lower_share", options.lower_share,
+       "a share from 0 to 1");
 }
 
 class Solver {
@@ -95,12 +95,11 @@ class Solver {
 
   [[nodiscard]] double gap() const { return history_.back().upper - history_.back().lower; }
 
-  /// The side that closes the gap faster, but neither gets less than its share.
+  /// The lower bound has its share, and as much again while it closes the gap faster.
   [[nodiscard]] bool lowerIsNext() const {
     if (!lower_left_ || !upper_left_) return lower_left_;
-    const double done = lower_.work();
-    if (done < std::max(FIRST_WORK, options_.least_share * work())) return true;
-    return lower_rate_ > upper_rate_ && work() - done > options_.least_share * work();
+    const double share = options_.lower_share * (lower_rate_ > upper_rate_ ? 2.0 : 1.0);
+    return lower_.work() < std::max(FIRST_WORK, share * work());
   }
 
   void note() {

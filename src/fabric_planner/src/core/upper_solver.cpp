@@ -108,51 +108,55 @@ int UpperSolver::siteOf(const SparseBelief& belief, double v, int max_points) {
 
 /// Finds the weights of every successor of an action.
 void UpperSolver::solve(int site, int action) {
+  const SparseBelief& belief = sites_[static_cast<size_t>(site)].belief;
   Choice& choice = sites_[static_cast<size_t>(site)].choices[static_cast<size_t>(action)];
-  m_.successors(sites_[static_cast<size_t>(site)].belief, action, outcomes_);
-  work_ += m_.successorWork(sites_[static_cast<size_t>(site)].belief.size());
-  double constant = m_.reward(sites_[static_cast<size_t>(site)].belief, action);
+  m_.successors(belief, action, outcomes_);
+  work_ += m_.successorWork(belief.size());
   size_t entries = 0;
   for (int o = 0; o < m_.observations(); ++o) entries += static_cast<size_t>(outcomes_.size(o));
   choice.basis.resize(entries, -1);
   choice.upper.resize(static_cast<size_t>(m_.observations()));
-  std::vector<int> touched;
-  const auto give = [&](int to, double weight) {
-    if (weight <= 0.0) return;
-    if (sums_[static_cast<size_t>(to)] == 0.0) touched.push_back(to);
-    sums_[static_cast<size_t>(to)] += weight;
-  };
+  choice.reward = m_.reward(belief, action);
   int* basis = choice.basis.data();
   for (int o = 0; o < m_.observations(); ++o) {
-    const int n = outcomes_.size(o);
-    if (n == 0) continue;
-    const double between =
-        interpolator_.solve(table_, outcomes_.index(o), outcomes_.value(o), n, basis);
-    const double plain = base_set_.best(outcomes_.index(o), outcomes_.value(o), n).value;
-    choice.upper[static_cast<size_t>(o)] = std::min(plain, between);
-    basis += n;
-    if (plain <= between) {
-      constant += m_.discount() * plain;
-      continue;
-    }
-    for (const auto& [point, weight] : interpolator_.weights()) {
-      give(m_.states() + point, weight * m_.discount());
-    }
-    for (int i = 0; i < n; ++i) {
-      give(outcomes_.index(o)[i], interpolator_.rest()[static_cast<size_t>(i)] * m_.discount());
-    }
+    if (outcomes_.size(o) == 0) continue;
+    interpolate(o, basis, choice);
+    basis += outcomes_.size(o);
   }
   choice.future.clear();
-  double future = 0.0;
-  for (const int to : touched) {
+  choice.q = choice.reward;
+  for (const int to : touched_) {
     const double weight = sums_[static_cast<size_t>(to)];
     choice.future.push_back({to, weight});
-    future += weight * value(to);
+    choice.q += weight * value(to);
     sums_[static_cast<size_t>(to)] = 0.0;
   }
-  choice.reward = constant;
-  choice.q = constant + future;
+  touched_.clear();
   choice.known = true;
+}
+
+/// One successor, by points or by the base, whichever says less.
+void UpperSolver::interpolate(int o, int* basis, Choice& choice) {
+  const int n = outcomes_.size(o);
+  const double between =
+      interpolator_.solve(table_, outcomes_.index(o), outcomes_.value(o), n, basis);
+  const double plain = base_set_.best(outcomes_.index(o), outcomes_.value(o), n).value;
+  choice.upper[static_cast<size_t>(o)] = std::min(plain, between);
+  if (plain <= between) {
+    choice.reward += m_.discount() * plain;
+    return;
+  }
+  const auto give = [&](int to, double weight) {
+    if (weight <= 0.0) return;
+    if (sums_[static_cast<size_t>(to)] == 0.0) touched_.push_back(to);
+    sums_[static_cast<size_t>(to)] += weight;
+  };
+  for (const auto& [point, weight] : interpolator_.weights()) {
+    give(m_.states() + point, weight * m_.discount());
+  }
+  for (int i = 0; i < n; ++i) {
+    give(outcomes_.index(o)[i], interpolator_.rest()[static_cast<size_t>(i)] * m_.discount());
+  }
 }
 
 double UpperSolver::bestStored(Site& site) {

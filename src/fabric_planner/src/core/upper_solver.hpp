@@ -54,11 +54,11 @@ class UpperSolver {
     double weight;
   };
   struct Choice {
-    bool known = false;  ///< q comes from weights, not only from the base
-    double q = 0.0;      ///< at most this is to be had by the action
-    double reward = 0.0;
-    std::vector<int> basis;     ///< of each successor in turn
-    std::vector<Term> future;   ///< discounted
+    bool known = false;        ///< q comes from weights, not only from the base
+    double q = 0.0;            ///< at most this is to be had by the action
+    double reward = 0.0;       ///< with that of successors where the base says less than the points
+    std::vector<int> basis;    ///< of each successor in turn
+    std::vector<Term> future;  ///< discounted
     std::vector<double> upper;  ///< (O,) bound of each successor times its probability
   };
   struct Site {
@@ -72,6 +72,7 @@ class UpperSolver {
   /// The site of a belief, added when there is none; -1 when there is no room.
   int siteOf(const SparseBelief& belief, double v, int max_points);
   void solve(int site, int action);
+  void interpolate(int o, int* basis, Choice& choice);
   double bestStored(Site& site);
   /// Backs a site up; only the actions that may be best are solved. @return the best action.
   int backUp(int site);
@@ -92,6 +93,7 @@ class UpperSolver {
   std::vector<int> path_;  ///< sites of the last trial
   Outcomes outcomes_;
   std::vector<double> sums_;  ///< weight of each site, zero between calls
+  std::vector<int> touched_;  ///< sites with a weight
   Random random_;
   std::uint64_t trials_ = 0;
   double work_ = 0.0;
