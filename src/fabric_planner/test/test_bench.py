@@ -41,6 +41,13 @@ def test_a_figure_meets_a_limit_from_the_right_side():
     assert not figure("time", "m", None, "s", at_most=1.0)["met"]
 
 
+def test_a_missed_target_is_told_in_standard_errors():
+    short = figure("return", "Tag", -6.5, "reward", at_least=-6.3, standard_error=0.4)
+    assert short["missed_by_errors"] == pytest.approx(0.5)
+    assert "missed_by_errors" not in GOOD
+    assert "NO, by 0.5 se" in table([short])
+
+
 def test_a_baseline_is_told_as_a_ratio():
     assert FAST["baseline"] == "numpy" and FAST["baseline_over_ours"] == pytest.approx(40.0)
 
@@ -138,7 +145,7 @@ def test_episodes_of_a_problem_are_summed_up():
     found = measure("Tiger", "DESPOT", 5e-3, 4, 60.0)
     assert found["episodes"] == 4 and found["steps"] > 1.0
     assert found["step_median"] <= found["step_p99"] <= found["step_max"]
-    assert found["trials_per_second"] > 0.0 and found["memory_mb"] >= 0.0
+    assert found["trials_per_second"] > 0.0
 
 
 def test_a_problem_that_is_short_of_time_runs_fewer_episodes():
@@ -158,6 +165,7 @@ def test_standard_problems_run_in_processes_of_their_own(monkeypatch):
     names = [(f["figure"], f["detail"]) for f in told]
     assert names[0] == ("return", "DESPOT, 1 ms a step") and len(told) == 8
     assert told[0]["met"] and told[0]["episodes"] == 4 and "met" not in told[4]
+    assert all(0.1 < f["value"] < 200.0 for f in told if f["figure"] == "memory")
 
 
 # --- the command ---------------------------------------------------------------------------------

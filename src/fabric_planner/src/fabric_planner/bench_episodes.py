@@ -8,10 +8,10 @@ BUDGET: s of CPU time a decision. After SECONDS of wall time no further episode 
 
 import json
 import re
-import resource
 import sys
 import time
 from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 
@@ -38,14 +38,15 @@ def make_options(planner: str, budget: float) -> fp.DespotOptions | fp.PomcpOpti
     return options
 
 
-def peak_mb() -> float:
-    """The most memory this process has had."""
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
+def memory_mb(field: str) -> float:
+    """VmRSS, what this process has now, or VmHWM, the most it has had."""
+    status = Path("/proc/self/status").read_text()
+    return int(re.search(rf"{field}:\s+(\d+) kB", status)[1]) / 1024.0
 
 
 def measure(problem: str, planner: str, budget: float, episodes: int, seconds: float) -> dict:
     """Runs the episodes with the seeds SEED, SEED + 1 and so on."""
-    begin, before = time.monotonic(), peak_mb()
+    begin, before = time.monotonic(), memory_mb("VmRSS")
     model, options = make_model(problem), make_options(planner, budget)
     parts = []
     done = 0
@@ -53,7 +54,7 @@ def measure(problem: str, planner: str, budget: float, episodes: int, seconds: f
         count = min(CHUNK, episodes - done)
         parts.append(fp.evaluate_episodes(model, options, count, SEED + done))
         done += count
-    return summary(parts) | {"memory_mb": peak_mb() - before}
+    return summary(parts) | {"memory_mb": memory_mb("VmHWM") - before}
 
 
 def summary(parts: Sequence[fp.Episodes]) -> dict:

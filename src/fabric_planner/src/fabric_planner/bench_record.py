@@ -22,7 +22,8 @@ def figure(
     **more: object,
 ) -> Figure:
     """One figure: `target` and `met` from the limit given, if any; `reference` is what others
-    measured; `more` follows as it is."""
+    measured; `more` follows as it is. How far a target was missed is told in standard errors, too,
+    where there are any."""
     target, sense = (at_most, "<=") if at_most is not None else (at_least, ">=")
     result: Figure = {
         "bench": "planner", "figure": name, "model": model, "value": value, "unit": unit,
@@ -30,6 +31,9 @@ def figure(
     if target is not None:
         met = value is not None and (value <= target if sense == "<=" else value >= target)
         result |= {"target": target, "sense": sense, "met": met}
+        error = more.get("standard_error")
+        if not met and value is not None and error:
+            result["missed_by_errors"] = abs(value - target) / error
     if reference is not None:
         result["reference"] = reference
     return result | more

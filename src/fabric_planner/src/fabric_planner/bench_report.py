@@ -63,10 +63,16 @@ def _row(figure: Figure) -> tuple[str, ...]:
         str(figure["model"]),
         f"{value} {figure['unit']}",
         target,
-        {True: "yes", False: "NO"}.get(figure.get("met"), ""),
+        _verdict(figure),
         number(figure["reference"]) if "reference" in figure else "",
         baseline,
     )
+
+
+def _verdict(figure: Figure) -> str:
+    if "missed_by_errors" in figure:
+        return f"NO, by {figure['missed_by_errors']:.1f} se"
+    return {True: "yes", False: "NO"}.get(figure.get("met"), "")
 
 
 def write_plot(figures: Sequence[Figure], path: "str | Path") -> None:

@@ -40,8 +40,8 @@ class Run:
 
 
 RUNS = (
-    Run("Tag", target=-6.3, reference=-8.96, trials_target=5000.0, trials_reference=100.0,
-        memory_reference=14.0, step_reference=17.0),
+    Run("Tag", episodes=500, target=-6.3, reference=-8.96, trials_target=5000.0,
+        trials_reference=100.0, memory_reference=14.0, step_reference=17.0),
     Run("RockSample(7,8)", target=20.0, reference=11.84, trials_target=7000.0,
         trials_reference=140.0, memory_reference=54.0, step_reference=13.0),
     Run("RockSample(11,11)", target=20.5, reference=9.88, memory_reference=51.0,
