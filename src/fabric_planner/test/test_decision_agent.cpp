@@ -7,6 +7,8 @@
 #include <regex>
 
 #include "fabric_planner/decision_agent.hpp"
+#include "fabric_planner/model_file.hpp"
+#include "fabric_planner/policy_file.hpp"
 
 namespace fabric::planner {
 namespace {
@@ -163,6 +165,21 @@ TEST(Solvers, OfflineRunsThePolicyItIsGivenAndNothingElse) {
   EXPECT_EQ(decision.plan.nodes, 0);
   EXPECT_FALSE(decision.plan.fallback_used);
   options.policy->vectors = Eigen::MatrixXd::Zero(1, 5);
+  EXPECT_THROW(DecisionAgent(HELPER, options), ModelError);
+}
+
+TEST(Solvers, APolicyFileIsForTheFirstModelOnly) {
+  AgentOptions options(quick());
+  options.solver = SolverKind::OFFLINE;
+  options.policy_path = std::string(::testing::TempDir()) + "first.policy";
+  const Pomdp model = loadModel(HELPER);
+  savePolicy({Eigen::MatrixXd::Constant(1, 2, -50.0), {model.actionIndex("cancel")}}, model,
+             options.policy_path);
+  DecisionAgent agent(HELPER, options);
+  EXPECT_EQ(agent.decide(observe(1, true, true)).action, Action::CANCEL);
+  agent.setModel(MODELS + "other_states.pomdpx", false);
+  EXPECT_GT(agent.decide(observe(2, true)).plan.value, -50.0);
+  options.policy_path = "/nowhere/first.policy";
   EXPECT_THROW(DecisionAgent(HELPER, options), ModelError);
 }
 

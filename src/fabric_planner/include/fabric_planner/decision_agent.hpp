@@ -48,6 +48,7 @@ struct AgentOptions {
   SolverKind solver = SolverKind::SEARCH;
   /// Vectors for the agent's first model; see makeSolver(). Models set later go without.
   std::optional<AlphaVectors> policy;
+  std::string policy_path;  ///< a .policy file with such vectors; empty: `policy` as it is
   /// Taken when a decision cannot be found: the solver fails, or has neither searched nor a policy
   /// of its own. Each model must have it. None: errors go to the caller, and DESPOT and POMCP
   /// answer with their default policy.

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "fabric_planner/model_file.hpp"
+#include "fabric_planner/policy_file.hpp"
 #include "file.hpp"
 
 namespace fabric::planner {
@@ -48,6 +49,11 @@ std::optional<int> find(const std::vector<T>& items, const T& wanted) {
   return static_cast<int>(found - items.begin());
 }
 
+std::optional<AlphaVectors> policyOf(const AgentOptions& options, const Pomdp& pomdp) {
+  if (options.policy_path.empty()) return options.policy;
+  return loadPolicy(options.policy_path, pomdp);
+}
+
 /// Search and vectors have a policy before they look at anything.
 bool hasOfflinePolicy(SolverKind kind) {
   return kind == SolverKind::SEARCH || kind == SolverKind::OFFLINE;
@@ -63,7 +69,8 @@ RunningModel::RunningModel(const std::string& model_path, const std::string& map
       map(ObservationMap::load(map_path.empty() ? mapBeside(model_path) : map_path,
                                pomdp->observations())),
       actions(canonicalActions(*pomdp, model_path)),
-      solver(makeSolver(options.solver, pomdp, options.planner, options.policy, options.seed)) {
+      solver(makeSolver(options.solver, pomdp, options.planner, policyOf(options, *pomdp),
+                        options.seed)) {
   if (options.fallback && !find(actions, *options.fallback)) {
     throw ModelError(path + ": has no action for the fallback, " + actionName(*options.fallback));
   }
@@ -79,6 +86,7 @@ DecisionAgent::DecisionAgent(const std::string& path, AgentOptions options,
     : options_(std::move(options)),
       model_(std::make_shared<RunningModel>(path, map_path, options_)) {
   options_.policy.reset();
+  options_.policy_path.clear();
   filter_ = std::make_unique<BeliefFilter>(model_->pomdp);
 }
 

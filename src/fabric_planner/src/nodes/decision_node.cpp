@@ -22,7 +22,7 @@ constexpr double TELL_AGAIN = 10.0;  // s between two warnings about the same
 struct DecisionParameters {
   std::string model;            ///< .pomdpx file
   std::string observation_map;  ///< file; empty: beside the model
-  AgentOptions options;         ///< deadline s, gap, max_nodes, solver, fallback action
+  AgentOptions options;         ///< deadline s, gap, max_nodes, solver, policy, fallback action
 
   /// @throw ParameterError
   static DecisionParameters load(const ros::NodeHandle& node) {
@@ -34,6 +34,7 @@ struct DecisionParameters {
     limits.gap = requireNumber(node, "gap", 0.0);
     limits.max_nodes = static_cast<int>(requireNumber(node, "max_nodes", 0.0));
     parameters.options.solver = named(node, "solver", solverFromName);
+    parameters.options.policy_path = require<std::string>(node, "policy");
     parameters.options.fallback = named(node, "fallback_action", actionFromName);
     return parameters;
   }
