@@ -72,11 +72,19 @@ class Files:
         models = self.share("fabric_planner") / "models"
         return models / (f"{policy}.pomdpx" if policy == "none" else f"{scenario}_{policy}.pomdpx")
 
-    def planner(self) -> fp.PlannerOptions:
-        """Limits of the search, as the decision node has them."""
+    def agent(self, model: Path) -> fp.DecisionAgent:
+        """What decides, set up as the decision node is."""
         path = self.share("fabric_planner") / "config/decision.yaml"
         values = yaml.safe_load(path.read_text(encoding="utf-8"))
-        return fp.PlannerOptions(values["deadline"], values["gap"], values["max_nodes"])
+        policy = fp.load_policy(values["policy"], fp.load(model)) if values["policy"] else None
+        return fp.DecisionAgent(
+            str(model),
+            fp.PlannerOptions(values["deadline"], values["gap"], values["max_nodes"]),
+            map_path=values["observation_map"],
+            solver=values["solver"],
+            policy=policy,
+            fallback=values["fallback_action"],
+        )
 
     def motion(self) -> Path:
         """Places and speeds of the robot's actions."""
@@ -102,7 +110,7 @@ class HeadlessRun:
         self._definition = load_definition(setup.scenario)
         self._selector = files.selector(setup.scenario) if setup.policy == "abps" else None
         first = "proactive" if self._selector else setup.policy
-        self._agent = fp.DecisionAgent(str(files.model(first, setup.scenario)), files.planner())
+        self._agent = files.agent(files.model(first, setup.scenario))
         self._motion = fp.MotionAgent(str(files.motion()))
         self._observer = ObservationAgent()
         self._staff = Staff(setup.human, setup.seed)
