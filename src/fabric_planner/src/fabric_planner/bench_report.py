@@ -64,9 +64,15 @@ def _row(figure: Figure) -> tuple[str, ...]:
         f"{value} {figure['unit']}",
         target,
         _verdict(figure),
-        number(figure["reference"]) if "reference" in figure else "",
+        _reference(figure),
         baseline,
     )
+
+
+def _reference(figure: Figure) -> str:
+    if "reference" not in figure:
+        return ""
+    return f"{number(figure['reference'])} {figure.get('reference_at', '')}".rstrip()
 
 
 def _verdict(figure: Figure) -> str:
@@ -102,11 +108,9 @@ def _draw_costs(axes: Any, figures: Sequence[Figure]) -> None:
     """Bars on a logarithmic axis around the target, 1."""
     for row, f in enumerate(figures):
         own = max(LEAST, f["value"] / f["target"])
-        axes.barh(row, own - LEAST, left=LEAST, color="tab:green" if f["met"] else "tab:red")
-        axes.annotate(
-            f"{number(f['value'])} {f['unit']}", (own, row), (4, 0), textcoords="offset points",
-            va="center", fontsize=7.5, bbox={"facecolor": "white", "alpha": 0.8, "lw": 0, "pad": 1},
-        )  # fmt: skip
+        colour = "lightgreen" if f["met"] else "salmon"
+        axes.barh(row, own - LEAST, left=LEAST, color=colour)
+        axes.text(1.4 * LEAST, row, f"{number(f['value'])} {f['unit']}", va="center", fontsize=8)
         for key, mark in (("reference", "D"), ("baseline_value", "|")):
             if _positive(f.get(key)):
                 axes.scatter(f[key] / f["target"], row, marker=mark, color="black", s=28, zorder=3)
@@ -117,9 +121,11 @@ def _draw_costs(axes: Any, figures: Sequence[Figure]) -> None:
     axes.axvline(1.0, color="black", lw=1)
     axes.set_yticks(range(len(figures)), [f"{label(f)}, {f['model']}" for f in figures])
     axes.tick_params(axis="y", labelsize=8)
-    axes.invert_yaxis()
+    axes.set_ylim(len(figures) - 0.4, -0.6)
     axes.set_xlabel("multiple of the target (line at 1; less is better)")
-    axes.scatter([], [], marker="D", color="black", s=28, label="reference (published or measured)")
+    axes.scatter(
+        [], [], marker="D", color="black", s=28, label="reference planner, on its machine and model"
+    )
     axes.scatter([], [], marker="|", color="black", s=40, label="plain baseline of this run")
     axes.legend(fontsize="small", loc="lower right")
 
@@ -128,7 +134,7 @@ def _draw_returns(axes: Any, figures: Sequence[Figure]) -> None:
     for row, f in enumerate(figures):
         axes.barh(
             row, f["value"], height=0.6, xerr=f.get("standard_error"), capsize=3,
-            color="tab:green" if f.get("met", True) else "tab:red",
+            color={True: "lightgreen", False: "salmon"}.get(f.get("met"), "lightgrey"),
         )  # fmt: skip
         for key, mark in (("reference", "D"), ("target", "|")):
             if f.get(key) is not None:
@@ -136,9 +142,16 @@ def _draw_returns(axes: Any, figures: Sequence[Figure]) -> None:
     labels = [f"{f['model']}, {f.get('detail', '')}" for f in figures]
     axes.set_yticks(range(len(figures)), labels)
     axes.tick_params(axis="y", labelsize=8)
-    axes.invert_yaxis()
+    axes.set_ylim(len(figures) - 0.4, -0.6)
     axes.axvline(0.0, color="black", lw=0.8)
     axes.set_xlabel("mean discounted return +- standard error")
-    axes.scatter([], [], marker="D", color="black", s=40, label="reference (DESPOT, POMCP)")
+    axes.scatter(
+        [],
+        [],
+        marker="D",
+        color="black",
+        s=40,
+        label="reference planner, at the budget the table tells",
+    )
     axes.scatter([], [], marker="|", color="black", s=60, label="target")
     axes.legend(fontsize="small", loc="lower right")
