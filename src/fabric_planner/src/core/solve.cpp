@@ -14,7 +14,8 @@
 namespace fabric::planner {
 namespace {
 
-constexpr int PATIENCE = 8;         // fruitless steps after which the lower bound is given up
+constexpr int PATIENCE = 8;         // fruitless steps after which the lower bound has to wait
+constexpr double FRUITFUL = 1e-4;   // share of the gap that a step has to close
 constexpr double FIRST_WORK = 4e7;  // for the lower bound before the upper one begins
 
 double threadTime() {
@@ -58,7 +59,7 @@ class Solver {
       if (lower) {
         stepLower();
       } else {
-        upper_left_ = upper_.round(lower_.vectors(), options_.points, [this] { return goesOn(); });
+        stepUpper();
       }
       note();
       double& rate = lower ? lower_rate_ : upper_rate_;
@@ -89,8 +90,15 @@ class Solver {
     }
     const double before = lower_.root();
     const bool moved = lower_.step(lower_options_) || added > 0;
-    fruitless_ = moved && lower_.root() > before ? 0 : fruitless_ + 1;
+    fruitless_ = lower_.root() - before > FRUITFUL * gap() ? 0 : fruitless_ + 1;
     lower_left_ = moved || fruitless_ < PATIENCE;
+    if (fruitless_ == 0) upper_left_ = true;
+  }
+
+  /// Where the one bound moves, the other may find something again.
+  void stepUpper() {
+    upper_left_ = upper_.round(lower_.vectors(), options_.points, [this] { return goesOn(); });
+    if (upper_left_) lower_left_ = true;
   }
 
   [[nodiscard]] double gap() const { return history_.back().upper - history_.back().lower; }
@@ -99,7 +107,8 @@ class Solver {
   [[nodiscard]] bool lowerIsNext() const {
     if (!lower_left_ || !upper_left_) return lower_left_;
     const double share = options_.lower_share * (lower_rate_ > upper_rate_ ? 2.0 : 1.0);
-    return lower_.work() < std::max(FIRST_WORK, share * work());
+    const double first = fruitless_ < PATIENCE ? FIRST_WORK : 0.0;
+    return lower_.work() < std::max(first, share * work());
   }
 
   void note() {
