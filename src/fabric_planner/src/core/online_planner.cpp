@@ -10,8 +10,8 @@
 namespace fabric::planner {
 namespace {
 
-constexpr double EQUAL = 1e-9;          // values closer than this are a tie
-constexpr double EXACT_ENOUGH = 1e-12;  // of a belief's sum
+constexpr double EQUAL = 1e-9;         // values closer than this are a tie
+constexpr double EXACT_ENOUGH = 1e-9;  // of a belief's sum
 constexpr double LOWEST = -std::numeric_limits<double>::infinity();
 
 PlannerOptions checked(PlannerOptions options) {
