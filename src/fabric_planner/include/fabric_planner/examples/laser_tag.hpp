@@ -17,7 +17,7 @@ namespace fabric::planner::examples {
 /// How a beam's reading falls around the true distance d; both are rounded down to whole units
 /// and never below 0.
 enum class ReadingNoise {
-  SHORT,     ///< d - |N(0, sigma)|: beams stop early; the published returns were made with it
+  SHORT,     ///< d - |N(0, sigma)|: beams stop early, as in ports of the paper's program
   SYMMETRIC  ///< d + N(0, sigma), as the text of the paper puts it
 };
 
