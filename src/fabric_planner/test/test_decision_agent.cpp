@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
 #include <limits>
 #include <regex>
 
@@ -240,6 +241,37 @@ TEST(SetModel, KeepsThePresentModelWhenTheNewOneIsRefused) {
   EXPECT_THROW(agent.setModel("/nowhere/model.pomdpx", true), ModelError);
   EXPECT_EQ(agent.model().name, "helper");
   EXPECT_EQ(agent.belief(), belief);
+}
+
+TEST(SetModel, NeedsNoPreparationForAModelThatRanBefore) {
+  DecisionAgent agent(HELPER, quick());
+  const Pomdp* first = agent.model().pomdp.get();
+  agent.setModel(MODELS + "other_states.pomdpx", false);
+  agent.setModel(HELPER, false);
+  EXPECT_EQ(agent.model().pomdp.get(), first);
+  const AgentDecision again = agent.decide(observe(1, true, true));
+  const AgentDecision fresh = DecisionAgent(HELPER, quick()).decide(observe(1, true, true));
+  EXPECT_EQ(again.action, fresh.action);
+  EXPECT_EQ(again.plan.value, fresh.plan.value);
+  EXPECT_EQ(again.plan.nodes, fresh.plan.nodes);
+}
+
+TEST(SetModel, ReadsAFileAgainThatWasChanged) {
+  const std::filesystem::path folder = ::testing::TempDir() + "set_model";
+  std::filesystem::create_directories(folder);
+  const std::string model = folder / "changing.pomdpx";
+  const auto put = [&](const std::string& name) {
+    const auto over = std::filesystem::copy_options::overwrite_existing;
+    std::filesystem::copy_file(MODELS + name + ".pomdpx", model, over);
+    std::filesystem::copy_file(MODELS + name + ".obs.yaml", folder / "changing.obs.yaml", over);
+  };
+  put("helper");
+  DecisionAgent agent(model, quick());
+  put("other_states");
+  agent.setModel(model, false);
+  EXPECT_EQ(agent.model().hash,
+            DecisionAgent(MODELS + "other_states.pomdpx", quick()).model().hash);
+  std::filesystem::remove_all(folder);
 }
 
 TEST(SetModel, RefusesAModelWithoutItsMapOrWithActionsOfOthers) {

@@ -3,6 +3,7 @@
 
 #include <Eigen/Dense>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -91,7 +92,8 @@ class DecisionAgent {
   /// A new task: the initial belief, and nothing decided yet.
   void reset();
 
-  /// Runs another model from now on. With `keep_belief` the belief goes over by state name, what
+  /// Runs another model from now on. A model that ran before and whose files are as they were needs
+  /// no preparation again. With `keep_belief` the belief goes over by state name, what
   /// lies on states that the new model lacks is shared out in proportion, and a belief without
   /// any common state starts again. When the model is refused the present one stays.
   /// @throw ModelError as RunningModel does.
@@ -106,6 +108,8 @@ class DecisionAgent {
   [[nodiscard]] const Eigen::VectorXd& belief() const { return filter_->belief(); }
 
  private:
+  [[nodiscard]] std::shared_ptr<RunningModel> prepared(const std::string& path,
+                                                       const std::string& map_path);
   [[nodiscard]] Decision plan(std::string& trouble);
   UpdateStatus observe(int symbol);
   UpdateStatus weigh(int symbol);
@@ -113,6 +117,7 @@ class DecisionAgent {
 
   AgentOptions options_;
   std::shared_ptr<RunningModel> model_;
+  std::map<std::string, std::shared_ptr<RunningModel>> known_;  ///< by path and hash
   std::unique_ptr<BeliefFilter> filter_;
   std::optional<Action> last_action_;
   std::optional<int> last_symbol_;

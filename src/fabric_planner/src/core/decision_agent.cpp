@@ -18,6 +18,10 @@ std::string mapBeside(const std::string& path) {
   return std::filesystem::path(path).replace_extension(".obs.yaml").string();
 }
 
+std::string hashOf(const std::string& path, const std::string& map_path) {
+  return sha256(readFile(path) + readFile(map_path.empty() ? mapBeside(path) : map_path));
+}
+
 std::vector<Action> canonicalActions(const Pomdp& pomdp, const std::string& path) {
   std::vector<Action> actions;
   for (const std::string& name : pomdp.actions()) {
@@ -74,7 +78,7 @@ RunningModel::RunningModel(const std::string& model_path, const std::string& map
   if (options.fallback && !find(actions, *options.fallback)) {
     throw ModelError(path + ": has no action for the fallback, " + actionName(*options.fallback));
   }
-  hash = sha256(readFile(path) + readFile(map_path.empty() ? mapBeside(path) : map_path));
+  hash = hashOf(path, map_path);
 }
 
 int RunningModel::indexOf(Action action) const {
@@ -87,6 +91,7 @@ DecisionAgent::DecisionAgent(const std::string& path, AgentOptions options,
       model_(std::make_shared<RunningModel>(path, map_path, options_)) {
   options_.policy.reset();
   options_.policy_path.clear();
+  known_[model_->path + model_->hash] = model_;
   filter_ = std::make_unique<BeliefFilter>(model_->pomdp);
 }
 
@@ -98,9 +103,21 @@ void DecisionAgent::reset() {
   task_id_.reset();
 }
 
+std::shared_ptr<RunningModel> DecisionAgent::prepared(const std::string& path,
+                                                      const std::string& map_path) {
+  const auto found = known_.find(path + hashOf(path, map_path));
+  if (found != known_.end()) {
+    found->second->solver->reset();
+    return found->second;
+  }
+  auto fresh = std::make_shared<RunningModel>(path, map_path, options_);
+  known_[path + fresh->hash] = fresh;
+  return fresh;
+}
+
 void DecisionAgent::setModel(const std::string& path, bool keep_belief,
                              const std::string& map_path) {
-  auto next = std::make_shared<RunningModel>(path, map_path, options_);
+  std::shared_ptr<RunningModel> next = prepared(path, map_path);
   const std::optional<Eigen::VectorXd> belief = keep_belief ? carriedOver(*next) : std::nullopt;
   if (last_symbol_) {
     last_symbol_ = find(next->pomdp->observations(), model_->pomdp->observations()[*last_symbol_]);
