@@ -19,7 +19,9 @@ std::string mapBeside(const std::string& path) {
 }
 
 std::string hashOf(const std::string& path, const std::string& map_path) {
-  return sha256(readFile(path) + readFile(map_path.empty() ? mapBeside(path) : map_path));
+  std::string bytes = readFile(path);
+  bytes += readFile(map_path.empty() ? mapBeside(path) : map_path);
+  return sha256(bytes);
 }
 
 std::vector<Action> canonicalActions(const Pomdp& pomdp, const std::string& path) {
