@@ -119,7 +119,6 @@ TEST(Bounds, AreExactWhenTheStateIsSeen) {
 TEST(Bounds, RepeatExactly) {
   const auto m = tiger();
   EXPECT_EQ(pointBasedBound(m).vectors, pointBasedBound(m).vectors);
-  EXPECT_EQ(reachableBeliefs(m, 20), reachableBeliefs(m, 20));
 }
 
 TEST(Bounds, RefuseDiscountOneWhereNothingEnds) {
@@ -131,18 +130,6 @@ TEST(Bounds, RefuseDiscountOneWhereNothingEnds) {
   EXPECT_NE(refusal([&] { fastInformedBound(m); }).find("does not settle"), std::string::npos);
   const auto blind = refusal([&] { blindBound(m); });
   EXPECT_NE(blind.find("needs a discount below 1"), std::string::npos) << blind;
-}
-
-TEST(Bounds, ReachableBeliefsAreDistributionsAndDiffer) {
-  std::mt19937 random(17);
-  const auto m = randomPomdp(random, 6, 3, 4, 0.9, 0.2);
-  const Eigen::MatrixXd beliefs = reachableBeliefs(*m, 50);
-  ASSERT_EQ(beliefs.cols(), 50);
-  EXPECT_TRUE(beliefs.col(0).isApprox(m->initialBelief()));
-  for (Eigen::Index i = 0; i < beliefs.cols(); ++i) {
-    EXPECT_NEAR(beliefs.col(i).sum(), 1.0, 1e-12);
-    for (Eigen::Index j = 0; j < i; ++j) EXPECT_FALSE(beliefs.col(i).isApprox(beliefs.col(j)));
-  }
 }
 
 }  // namespace

@@ -58,10 +58,6 @@ struct PointBasedOptions {
   static PointBasedOptions quick();
 };
 
-/// Beliefs reachable from the initial one, each as far (L1) from the others as can be found by one
-/// more step. @return (S, N), N <= count, the initial belief first.
-Eigen::MatrixXd reachableBeliefs(const Pomdp& model, int count);
-
 /// Lower bound, never below the blind one: point-based policy iteration (Ji et al. 2007).
 /// Beliefs are gathered along the improved policy, where looking one step ahead gains most; the
 /// controller that acts best there is evaluated exactly (less what the residual leaves open), its

@@ -70,7 +70,7 @@ void Interpolator::begin(const PointTable& table, const int* index, const double
 }
 
 void Interpolator::clear(int* basis) {
-  const int used = padded(n_);
+  const int used = inBlocks(n_);
   for (int r = 0; r < n_; ++r) {
     std::fill_n(inverse_.data() + r * WIDTH, used, 0.0);
     inverse_[static_cast<size_t>(r * WIDTH + r)] = 1.0;
@@ -123,7 +123,7 @@ bool Interpolator::improve(int* basis) {
   const int home = -2 - column;
   basis[row] = -1;
   if (row != home) {
-    std::swap_ranges(inverse_.data() + row * WIDTH, inverse_.data() + row * WIDTH + padded(n_),
+    std::swap_ranges(inverse_.data() + row * WIDTH, inverse_.data() + row * WIDTH + inBlocks(n_),
                      inverse_.data() + home * WIDTH);
     std::swap(amounts_[static_cast<size_t>(row)], amounts_[static_cast<size_t>(home)]);
     std::swap(basis[row], basis[home]);
@@ -136,7 +136,7 @@ void Interpolator::findPrices(const int* basis) {
   for (int r = 0; r < n_; ++r) {
     costs[r] = basis[r] >= 0 ? -table_->value(basis[r]) : -table_->corner(index_[r]);
   }
-  combineConsecutive(inverse_.data(), WIDTH, costs, n_, padded(n_), prices_.data());
+  combineConsecutive(inverse_.data(), WIDTH, costs, n_, inBlocks(n_), prices_.data());
   work_ += static_cast<double>(n_) * n_;
 }
 
@@ -173,7 +173,7 @@ int Interpolator::enteringCandidate(double& least) {
   const int count = static_cast<int>(candidates_.size());
   if (count == 0) return -1;
   combineRows(columns_.data(), MAX_CANDIDATES, rows_.data(), prices_.data(), n_,
-              candidate_costs_.data(), padded(count), reduced_.data());
+              candidate_costs_.data(), inBlocks(count), reduced_.data());
   work_ += static_cast<double>(n_) * count;
   const int k = positionOfSmallest(reduced_.data(), count);
   if (reduced_[static_cast<size_t>(k)] >= least) return -1;
@@ -182,7 +182,7 @@ int Interpolator::enteringCandidate(double& least) {
 }
 
 int Interpolator::enteringPoint(double least) {
-  const int count = padded(table_->size());
+  const int count = inBlocks(table_->size());
   combineRows(table_->rows(), table_->stride(), index_, prices_.data(), n_, costs_.data(), count,
               reduced_.data());
   work_ += static_cast<double>(n_) * count;
@@ -198,7 +198,7 @@ int Interpolator::enteringPoint(double least) {
 }
 
 int Interpolator::smallestReduced() {
-  const int count = padded(table_->size());
+  const int count = inBlocks(table_->size());
   blockMinima(reduced_.data(), count, minima_.data());
   const int block = positionOfSmallest(minima_.data(), count / BLOCK);
   return block * BLOCK + positionOfSmallest(reduced_.data() + block * BLOCK, BLOCK);
@@ -249,7 +249,7 @@ void Interpolator::express(int column) {
     entries_[static_cast<size_t>(i)] =
         table_->rows()[static_cast<std::ptrdiff_t>(index_[i]) * table_->stride() + column];
   }
-  rowDots(inverse_.data(), WIDTH, entries_.data(), n_, padded(n_), column_.data());
+  rowDots(inverse_.data(), WIDTH, entries_.data(), n_, inBlocks(n_), column_.data());
   work_ += static_cast<double>(n_) * n_;
 }
 
@@ -273,7 +273,7 @@ int Interpolator::leaving() const {
 }
 
 void Interpolator::pivot(int row) {
-  pivotRows(inverse_.data(), WIDTH, column_.data(), n_, row, padded(n_));
+  pivotRows(inverse_.data(), WIDTH, column_.data(), n_, row, inBlocks(n_));
   amounts_[static_cast<size_t>(row)] /= column_[static_cast<size_t>(row)];
   for (int r = 0; r < n_; ++r) {
     if (r == row) continue;

@@ -15,7 +15,7 @@ std::uint64_t maskOf(const int* index, int n) {
 
 void PointTable::reserve(int count) {
   if (count <= stride_) return;
-  const int stride = padded(std::max({count, 4 * BLOCK, stride_ + stride_ / 2}));
+  const int stride = inBlocks(std::max({count, 4 * BLOCK, stride_ + stride_ / 2}));
   std::vector<double> rows(static_cast<size_t>(states_) * static_cast<size_t>(stride), 0.0);
   for (int s = 0; s < states_; ++s) {
     std::copy_n(rows_.data() + static_cast<std::ptrdiff_t>(s) * stride_, size(),

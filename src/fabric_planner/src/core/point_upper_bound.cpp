@@ -53,7 +53,7 @@ PointUpperBound::PointUpperBound(AlphaVectors base, const Eigen::VectorXd& corne
 
 void PointUpperBound::prepareQueries(int query_points) {
   const auto S = static_cast<int>(corners_.size());
-  stride_ = padded(query_points);
+  stride_ = inBlocks(query_points);
   gain_.resize(query_points);
   base_at_points_.resize(base_.vectors.rows(), query_points);
   inverse_.assign(static_cast<size_t>(S) * static_cast<size_t>(stride_), HUGE_INVERSE);

@@ -7,10 +7,10 @@
 #include <type_traits>
 
 /// Compiles a hot function for several instruction sets; the machine picks the best at load time.
-/// Left out where the loader's choice is not available (other compilers) or comes before the
-/// sanitizers are ready.
+/// Left out where the loader's choice is not available (other compilers), comes before the
+/// sanitizers are ready, or nothing is optimised.
 #if defined(__GNUC__) && !defined(__clang__) && defined(__x86_64__) && defined(__linux__) && \
-    !defined(__SANITIZE_THREAD__) && !defined(__SANITIZE_ADDRESS__)
+    !defined(__SANITIZE_THREAD__) && !defined(__SANITIZE_ADDRESS__) && defined(__OPTIMIZE__)
 #define FABRIC_CLONES __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
 #else
 #define FABRIC_CLONES

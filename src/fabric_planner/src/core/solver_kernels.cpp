@@ -8,7 +8,6 @@ namespace {
 
 // Written with vectors because compilers otherwise take the short loop over the terms for the one
 // that pays, and gather.
-constexpr int LANES = 8;
 using Lane = double __attribute__((vector_size(LANES * sizeof(double))));
 using LaneAt = double __attribute__((vector_size(LANES * sizeof(double)), aligned(sizeof(double))));
 
@@ -42,7 +41,7 @@ constexpr int WIDE = 4 * BLOCK;
 
 }  // namespace
 
-FABRIC_SOLVER_CLONES
+FABRIC_CLONES
 void combineRows(const double* table, std::ptrdiff_t stride, const int* index, const double* value,
                  int terms, const double* start, int count, double* out) {
   int k = 0;
@@ -56,7 +55,7 @@ void combineRows(const double* table, std::ptrdiff_t stride, const int* index, c
   }
 }
 
-FABRIC_SOLVER_CLONES
+FABRIC_CLONES
 void smallestProducts(const double* table, std::ptrdiff_t stride, const int* index,
                       const double* value, int terms, int count, double* out) {
   for (int k = 0; k < count; k += LANES) {
@@ -69,7 +68,7 @@ void smallestProducts(const double* table, std::ptrdiff_t stride, const int* ind
   }
 }
 
-FABRIC_SOLVER_CLONES
+FABRIC_CLONES
 int positionOfLargest(const double* numbers, int count) {
   double lanes[BLOCK];
   for (double& lane : lanes) lane = numbers[0];
@@ -83,7 +82,7 @@ int positionOfLargest(const double* numbers, int count) {
   return static_cast<int>(std::find(numbers, numbers + count - 1, best) - numbers);
 }
 
-FABRIC_SOLVER_CLONES
+FABRIC_CLONES
 int positionOfSmallest(const double* numbers, int count) {
   double lanes[BLOCK];
   for (double& lane : lanes) lane = numbers[0];
@@ -97,7 +96,7 @@ int positionOfSmallest(const double* numbers, int count) {
   return static_cast<int>(std::find(numbers, numbers + count - 1, best) - numbers);
 }
 
-FABRIC_SOLVER_CLONES
+FABRIC_CLONES
 void combineConsecutive(const double* table, std::ptrdiff_t stride, const double* value, int terms,
                         int count, double* out) {
   for (int k = 0; k < count; k += LANES) {
@@ -107,7 +106,7 @@ void combineConsecutive(const double* table, std::ptrdiff_t stride, const double
   }
 }
 
-FABRIC_SOLVER_CLONES
+FABRIC_CLONES
 void sumOfProducts(const double* table, std::ptrdiff_t stride, const double* const* rows, int terms,
                    int count, double* out) {
   for (int k = 0; k < count; k += LANES) {
@@ -117,7 +116,7 @@ void sumOfProducts(const double* table, std::ptrdiff_t stride, const double* con
   }
 }
 
-FABRIC_SOLVER_CLONES
+FABRIC_CLONES
 void pivotRows(double* table, std::ptrdiff_t stride, const double* column, int rows, int row,
                int count) {
   double* own = table + row * stride;
@@ -130,7 +129,7 @@ void pivotRows(double* table, std::ptrdiff_t stride, const double* column, int r
   }
 }
 
-FABRIC_SOLVER_CLONES
+FABRIC_CLONES
 void rowDots(const double* table, std::ptrdiff_t stride, const double* x, int rows, int count,
              double* out) {
   for (int r = 0; r < rows; ++r) {
@@ -140,7 +139,7 @@ void rowDots(const double* table, std::ptrdiff_t stride, const double* x, int ro
   }
 }
 
-FABRIC_SOLVER_CLONES
+FABRIC_CLONES
 void blockMinima(const double* numbers, int count, double* minima) {
   for (int block = 0; block * BLOCK < count; ++block) {
     const Lane left = at(numbers + block * BLOCK);

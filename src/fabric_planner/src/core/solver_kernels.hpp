@@ -3,21 +3,13 @@
 
 #include <cstddef>
 
-// One body compiled for several instruction sets, the best chosen when the program starts.
-// Sanitizers cannot see through the resolver, other compilers do not know the arch= names.
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && \
-    !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__) && defined(__OPTIMIZE__)
-#define FABRIC_SOLVER_CLONES \
-  __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
-#else
-#define FABRIC_SOLVER_CLONES
-#endif
+#include "simd.hpp"
 
 namespace fabric::planner {
 
 /// Numbers are handled in blocks of so many; tables are padded to a multiple of it.
 constexpr int BLOCK = 16;
-constexpr int padded(int count) { return (count + BLOCK - 1) / BLOCK * BLOCK; }
+constexpr int inBlocks(int count) { return (count + BLOCK - 1) / BLOCK * BLOCK; }
 
 /// out[k] = start[k] + sum_i value[i] * table[index[i] * stride + k] for k < count, a multiple of
 /// BLOCK. start: may be null (zeros), may be out.

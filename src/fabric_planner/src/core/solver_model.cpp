@@ -68,7 +68,7 @@ SolverModel::SolverModel(const Pomdp& model)
       states_(model.numStates()),
       actions_(model.numActions()),
       observations_(model.numObservations()),
-      width_(padded(model.numStates())) {
+      width_(inBlocks(model.numStates())) {
   for (int a = 0; a < actions_; ++a) {
     O_.emplace_back(m_.O(a));
     projection_work_ += static_cast<double>(m_.T(a).nonZeros() + m_.O(a).nonZeros()) / actions_;

@@ -7,11 +7,11 @@
 
 namespace fabric::planner {
 
-VectorSet::VectorSet(int states) : states_(states), width_(padded(states)) { reserve(BLOCK); }
+VectorSet::VectorSet(int states) : states_(states), width_(inBlocks(states)) { reserve(BLOCK); }
 
 void VectorSet::reserve(int count) {
   if (count <= stride_) return;
-  const int stride = padded(std::max(count, stride_ + stride_ / 2));
+  const int stride = inBlocks(std::max(count, stride_ + stride_ / 2));
   std::vector<double> columns(static_cast<size_t>(states_) * static_cast<size_t>(stride), 0.0);
   for (int s = 0; s < states_; ++s) {
     std::copy_n(columns_.data() + static_cast<std::ptrdiff_t>(s) * stride_, size(),
@@ -45,7 +45,7 @@ void VectorSet::keep(const std::vector<int>& kept) {
 }
 
 VectorSet::Best VectorSet::best(const int* index, const double* value, int n) const {
-  combineRows(columns_.data(), stride_, index, value, n, nullptr, padded(size()), scores_.data());
+  combineRows(columns_.data(), stride_, index, value, n, nullptr, inBlocks(size()), scores_.data());
   const int k = positionOfLargest(scores_.data(), size());
   return {k, scores_[static_cast<size_t>(k)]};
 }
