@@ -32,7 +32,10 @@ ALLOWED = {  # package: the others of ours that its core may import, besides fab
     "fabric_sim": {"fabric_planner", "fabric_dobot_driver"},
     "fabric_bringup": CORES,
 }
-MAY_USE_EVERY_CORE = {"src/fabric_sim/src/fabric_sim/batch"}  # the headless driver, file or folder
+MAY_USE_EVERY_CORE = {  # the headless driver and what is run with it, files or folders
+    "src/fabric_sim/src/fabric_sim/batch",
+    "src/fabric_sim/src/fabric_sim/experiments/",
+}
 DECIDING = ("decision_node", "motion_node", "observation_node", "abps_node", "task_node")
 
 
