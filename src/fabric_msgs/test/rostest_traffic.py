@@ -11,7 +11,7 @@ import rostest
 from std_msgs.msg import UInt32
 
 from fabric_msgs.msg import Heartbeat
-from fabric_msgs.traffic import Traffic
+from fabric_msgs.traffic import Traffic, introduce
 
 DEADLINE = 30.0  # s
 
@@ -50,6 +50,20 @@ class TrafficTest(unittest.TestCase):
     def wait(self, condition):
         with self.changed:
             self.assertTrue(self.changed.wait_for(condition, DEADLINE))
+
+    def test_a_lost_connection_comes_back_after_an_introduction(self):
+        publisher = rospy.Publisher("lost", UInt32, queue_size=1, latch=True)
+        arrived = threading.Event()
+        subscriber = rospy.Subscriber("lost", UInt32, lambda message: arrived.set())
+        publisher.publish(1)
+        self.assertTrue(arrived.wait(DEADLINE))
+        arrived.clear()
+        for connection in list(subscriber.impl.connections):
+            subscriber.impl.remove_connection(connection)
+            connection.close()
+        self.assertEqual(subscriber.get_num_connections(), 0)
+        introduce(["lost"])
+        self.assertTrue(arrived.wait(DEADLINE))
 
     @staticmethod
     def total(entries):

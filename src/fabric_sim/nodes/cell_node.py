@@ -5,6 +5,7 @@
 import math
 import sys
 import threading
+import time
 from collections.abc import Callable
 
 import actionlib
@@ -40,7 +41,7 @@ from fabric_msgs.srv import (
     SetSuction,
     SetSuctionResponse,
 )
-from fabric_msgs.traffic import Traffic
+from fabric_msgs.traffic import Traffic, introduce
 from fabric_sim import reports
 from fabric_sim.arm import JOINT_NAMES, ArmResult, goal_of
 from fabric_sim.cell import Cell, CellConfig, CellOutput, Stimulus
@@ -61,6 +62,7 @@ COUNTED = {
 }
 LATCHED = ("cell/containers",)
 RESULT, GOAL, CANCEL = "arm/move/result", "arm/move/goal", "arm/move/cancel"
+PATIENCE = 3.0  # s, wall time that a connection may take before its subscribers are told again
 REFUSED = (MoveArmResult.INVALID, MoveArmResult.UNREACHABLE)
 
 
@@ -161,6 +163,7 @@ class CellNode:
         self._traffic = Traffic(CELL)
         self._heard = threading.Condition(self._traffic.lock)
         self._master = rosgraph.Master(rospy.get_name())
+        self._remind_at = time.monotonic() + PATIENCE
         rospy.on_shutdown(self._wake)
         with self._traffic.lock:
             self._advertise()
@@ -186,8 +189,8 @@ class CellNode:
     def missing(self) -> list[str]:
         """Nodes and connections that are not there yet."""
         self._look_at_myself()
-        missing = self._quiescence.missing()
-        return missing or self._quiescence.missing(self._subscribers())
+        self._remind()
+        return self._quiescence.missing() or self._quiescence.missing(self._subscribers())
 
     def forgive_losses(self) -> None:
         """Start to count from here."""
@@ -265,6 +268,13 @@ class CellNode:
 
     def _look_at_myself(self) -> None:
         self._quiescence.heard(CELL, _counts(*self._traffic.entries()))
+
+    def _remind(self) -> None:
+        """Have connections made again that did not come about for a while."""
+        now = time.monotonic()
+        if now >= self._remind_at:
+            self._remind_at = now + PATIENCE
+            introduce(["heartbeat", *self._quiescence.unconnected(self._subscribers())])
 
     def _subscribers(self) -> dict[str, int]:
         """How many nodes the master knows to listen to each counted topic."""

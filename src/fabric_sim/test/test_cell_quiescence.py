@@ -86,6 +86,7 @@ def test_a_topic_without_its_subscribers_is_named(everybody):
     lonely = counts("observation")
     everybody.heard("observation", Counts(lonely.handled, lonely.sent, {"observation": 2}))
     assert everybody.missing() == ["observation has 2 of 3 subscribers of observation"]
+    assert everybody.unconnected() == {"observation": ("observation", 2, 3)}
 
 
 def test_other_listeners_do_not_count_as_consumers(everybody):

@@ -7,9 +7,11 @@ claims that a message was handled before everything the message caused was sent 
 """
 
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any
+from xmlrpc.client import ServerProxy
 
+import rosgraph
 import rospy
 
 from fabric_msgs.msg import Heartbeat, Progress
@@ -184,3 +186,21 @@ class Traffic:
             self._heartbeat.publish(message)
         except rospy.ROSException:
             self.close()  # the publisher is closed: the node is shutting down
+
+
+def introduce(topics: Iterable[str]) -> None:
+    """Tell the subscribers of these topics once more who publishes them.
+
+    rospy drops a connection for good when its housekeeping polls the socket a moment before it is
+    connected; repeating the master's notice makes the subscriber connect again, and leaves a
+    connection that stands as it is. Nodes that do not answer are passed over.
+    """
+    master = rosgraph.Master(rospy.get_name())
+    publishers, subscribers, _ = map(dict, master.getSystemState())
+    for topic in map(rospy.resolve_name, topics):
+        try:
+            uris = [master.lookupNode(node) for node in publishers.get(topic, [])]
+            for node in subscribers.get(topic, []):
+                ServerProxy(master.lookupNode(node)).publisherUpdate("/master", topic, uris)
+        except (OSError, rosgraph.MasterException) as error:
+            rospy.logwarn("%s: %s", topic, error)

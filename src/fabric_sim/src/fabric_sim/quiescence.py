@@ -87,13 +87,24 @@ class Quiescence:
         if silent:
             return [f"node {name} has not shown itself" for name in silent]
         words = [self._edge_missing(edge) for edge in self._edges]
+        for topic, (publisher, have, want) in self.unconnected(subscribers).items():
+            words.append(f"{publisher} has {have} of {want} subscribers of {topic}")
+        return [w for w in words if w]
+
+    def unconnected(
+        self, subscribers: Mapping[str, int] | None = None
+    ) -> dict[str, tuple[str, int, int]]:
+        """Topics that lack connections: publisher, how many there are, how many are wanted."""
+        lacking = {}
         for topic, publisher in {(e.topic, e.publisher): None for e in self._edges}:
+            if publisher not in self._counts:
+                continue
             have = self._counts[publisher].connections.get(topic, 0)
             consumers = sum(e.topic == topic for e in self._edges)
             want = max(consumers, (subscribers or {}).get(topic, 0))
             if have < want:
-                words.append(f"{publisher} has {have} of {want} subscribers of {topic}")
-        return [w for w in words if w]
+                lacking[topic] = (publisher, have, want)
+        return lacking
 
     def forgive_losses(self) -> None:
         """Do not wait for messages sent before their consumers were there: call it once, when
