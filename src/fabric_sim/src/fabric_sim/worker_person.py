@@ -39,6 +39,11 @@ class Person:
         now = self.now
         return min("expertise", "stamina", "attention", key=lambda dial: getattr(now, dial))
 
+    def become(self, character: Character) -> None:
+        """Replace the dials that the history acts on, as a mood does; the history stays."""
+        self.character = character
+        self._now = None
+
     def model(self) -> WorkerModel:
         """Return the MDP of the person as of now."""
         return self._library.model(self.now)
