@@ -23,6 +23,7 @@ RIGHT, WRONG = TaskEvent.SUBTASK_SUCCEEDED, TaskEvent.SUBTASK_FAILED
 PERSON, ROBOT, NOBODY = TaskEvent.BY_PERSON, TaskEvent.BY_ROBOT, TaskEvent.BY_NOBODY
 CHANGE, SUBTASK = Observation.TRIGGER_ACTION_CHANGE, Observation.TRIGGER_SUBTASK
 WARNING = Observation.TRIGGER_WARNING
+WARNS = "warns_the_robot"
 STATES = ["task_assigned_to_human", "may_be_tired", "may_be_distracted", "needs_help"]
 
 
@@ -53,8 +54,14 @@ class Record:
         decision = self.add("on_decision", Decision(), t, belief=list(belief), model_hash=model)
         decision.sequence = decision.observation_sequence = observation.sequence
 
-    def truth(self, t, state, human="expert"):
-        self.add("on_truth", GroundTruth(), t, anticipated_state=state, human_type=human)
+    def truth(self, t, word, human="expert", state="evaluating"):
+        fields = {"anticipated_state": word, "human_type": human, "state": state}
+        self.add("on_truth", GroundTruth(), t, **fields)
+
+    def states(self, *states):
+        """The person's true states, 1 s apart from 0 s on."""
+        for t, state in enumerate(states):
+            self.truth(t, "", state=state)
 
     def end(self, t, kind, duration):
         self.event(t, kind)
@@ -141,6 +148,47 @@ def test_a_warning_after_the_last_subtask_counts_in_the_sum_of_the_rest():
     assert record.row()["discounted_reward"] == pytest.approx(6 * 0.98 - 3)
 
 
+def test_a_warning_that_nobody_recognised_is_counted_and_charged_when_it_was_given():
+    record = Record("inspection", 1)
+    record.states("evaluating", "evaluating", WARNS, WARNS, "robot_receives_the_warning")
+    record.observe(0.5, Observation.TRIGGER_START)
+    record.observe(1.5, CHANGE)
+    record.event(5.0, RIGHT, ROBOT)
+    row = record.row()
+    assert (row["warnings"], row["false_warnings"]) == (1, 0)
+    assert row["discounted_reward"] == pytest.approx(-3 * 0.98**2 + 6 * 0.98**2)
+
+
+def test_a_warning_counts_in_the_subtask_in_which_it_was_given():
+    record = Record()
+    record.states("evaluating", "evaluating", WARNS, "evaluating", WARNS)
+    record.observe(0.5, Observation.TRIGGER_START)
+    record.event(3.0, RIGHT, PERSON)
+    record.observe(3.0, SUBTASK)
+    assert record.row()["discounted_reward"] == pytest.approx((6 - 3) * 0.98 - 3)
+
+
+def test_a_person_who_warns_again_after_a_pause_warns_twice():
+    record = Record()
+    record.states(WARNS, WARNS, "evaluating", WARNS, "evaluating")
+    assert record.row()["warnings"] == 2
+
+
+def test_a_recognised_warning_that_nobody_gave_is_false_and_costs_nothing():
+    record = Record()
+    record.states(WARNS, *["evaluating"] * 12)
+    record.event(5.0, TaskEvent.WARNING, PERSON)
+    record.event(5.1, TaskEvent.WARNING, PERSON)
+    row = record.row()
+    assert (row["warnings"], row["false_warnings"]) == (1, 1)
+    assert row["discounted_reward"] == -3.0
+
+
+def test_without_the_truth_warnings_are_the_recognised_ones_and_none_can_be_called_false():
+    row = sorting().row()
+    assert (row["warnings"], row["false_warnings"]) == (1, None)
+
+
 def test_equations_6_3_to_6_6_by_hand():
     row = sorting().row()
     assert row["human_contribution"] == pytest.approx(1 / 3)  # Eq. 6.3
@@ -154,7 +202,7 @@ def test_the_row_holds_the_columns_in_order_and_counts_everything_once():
     assert tuple(row) == COLUMNS
     head = [row[name] for name in COLUMNS[:6]]
     assert head == [4, 99, "sorting", "somebody", "proactive", "proactive"]
-    counts = [row[name] for name in COLUMNS[11:15]]
+    counts = [row[name] for name in COLUMNS[12:16]]
     assert counts == [1, 1, 1, 0]
     assert (row["success"], row["warnings"], row["decisions"]) == (1, 1, 8)
     assert row["duration_s"] == 12.0

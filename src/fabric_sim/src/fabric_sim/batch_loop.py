@@ -8,9 +8,9 @@ results = [run.run_task() for _ in range(10)]
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import rospkg
 import yaml
@@ -19,8 +19,10 @@ import fabric_planner as fp
 from fabric_abps import Library, Selector, SelectorParameters, SignalEncoder, TrainedModels
 from fabric_msgs.msg import Decision, ModelInfo, Observation, PolicyChoice, TaskState, TypeBelief
 from fabric_perception.observation_agent import ObservationAgent
+from fabric_sim.batch_decider import AgentDecider, Decider
 from fabric_sim.cell import Cell, CellConfig, CellOutput
 from fabric_sim.staff import Staff
+from fabric_sim.worker import Worker
 from fabric_study.meter import TaskMeter
 from fabric_study.task_manager import Counters, TaskManager
 from fabric_study.tasks import load_definition, task_seed
@@ -36,6 +38,18 @@ class RunSetup:
     human: str = "random"  # as the launch argument human
     policy: str = "proactive"  # as the launch argument policy
     seed: int = 1
+    noise: float | None = None  # probability in place of `confusion` in sensing.yaml
+
+    def __post_init__(self) -> None:
+        if self.noise is not None and not 0.0 <= self.noise <= 1.0:  # refuses NaN as well
+            raise ValueError(f"noise is {self.noise}; it must lie in 0..1")
+
+
+class People(Protocol):
+    """Who works in which task, as fabric_sim.staff.Staff."""
+
+    def worker(self, task_number: int) -> Worker:
+        """The worker of a task, numbered from 1."""
 
 
 @dataclass(frozen=True)
@@ -103,22 +117,39 @@ class Files:
 class HeadlessRun:
     """One run: a sequence of tasks with one policy and one person (or a person a task)."""
 
-    def __init__(self, setup: RunSetup, files: Files | None = None) -> None:
-        """Raises ValueError naming the word of the setup or the file that cannot be used."""
+    def __init__(
+        self,
+        setup: RunSetup,
+        files: Files | None = None,
+        staff: People | None = None,
+        decider: Decider | None = None,
+    ) -> None:
+        """staff, decider: in place of what `setup.human` and `setup.policy` say, which then are
+        only names in the results. Raises ValueError naming the word of the setup or the file that
+        cannot be used."""
         self.setup = setup
         files = files or Files()
         self._definition = load_definition(setup.scenario)
         self._selector = files.selector(setup.scenario) if setup.policy == "abps" else None
-        first = "proactive" if self._selector else setup.policy
-        self._agent = files.agent(files.model(first, setup.scenario))
+        self._decider = decider or self._default_decider(files)
         self._motion = fp.MotionAgent(str(files.motion()))
         self._observer = ObservationAgent()
-        self._staff = Staff(setup.human, setup.seed)
-        self._cell = Cell(files.cell(), self._staff.worker(1), setup.seed)
+        self._staff = staff or Staff(setup.human, setup.seed)
+        self._cell = Cell(self._cell_config(files), self._staff.worker(1), setup.seed)
         self._counters = Counters()
         self._task_number = 0
         self._task_state_sent = 0
         self._robot_sequence = 0
+
+    def _default_decider(self, files: Files) -> Decider:
+        first = "proactive" if self._selector else self.setup.policy
+        return AgentDecider(files.agent(files.model(first, self.setup.scenario)))
+
+    def _cell_config(self, files: Files) -> CellConfig:
+        config = files.cell()
+        if self.setup.noise is None:
+            return config
+        return replace(config, sensing=replace(config.sensing, confusion=self.setup.noise))
 
     def run_task(self) -> TaskResult:
         """Run the next task to its end."""
@@ -128,7 +159,7 @@ class HeadlessRun:
         self._manager = TaskManager(self._definition, self._task_number, seed, self._counters)
         self._encoder, self._codes = SignalEncoder(), []
         self._choose(seed)
-        self._agent.reset()
+        self._decider.reset()
         self._manager.begin(self._cell.now)
         self._meter = TaskMeter(self._manager.state, self.setup.human, self.setup.policy)
         self._tell_names()
@@ -207,7 +238,7 @@ class HeadlessRun:
             if self._selector:
                 self._selector.observe(observation)
             self._meter.on_observation(observation)
-            decision = self._agent.decide(observation).fill(Decision())
+            decision = self._decider.decide(observation, self._cell.worker.truth(t))
             decision.header.stamp = observation.header.stamp
             self._meter.on_decision(decision)
             self._move(
@@ -220,7 +251,7 @@ class HeadlessRun:
 
     def _settle(self, output: CellOutput) -> None:
         """What has changed becomes known: the robot's state to the person, the task to all."""
-        if self._manager.state.sequence != self._task_state_sent:
+        if self._counters.states != self._task_state_sent:
             self._publish_state()
         state = self._motion.state()
         if state.sequence != self._robot_sequence:
@@ -242,12 +273,12 @@ class HeadlessRun:
         if self._selector is None:
             return
         choice = self._selector.select(self._task_number, seed)
-        self._agent.set_model(str(choice.path), False)
+        self._decider.set_model(str(choice.path), False)
         self._choice = choice
 
     def _tell_names(self) -> None:
-        model = self._agent.model
-        self._meter.on_model(ModelInfo(hash=self._agent.model_hash, states=model.states))
+        states = self._decider.model.states
+        self._meter.on_model(ModelInfo(hash=self._decider.model_hash, states=states))
         if self._selector is not None:
             choice = PolicyChoice(task_id=self._task_number, policy=self._choice.policy)
             self._meter.on_policy(choice)

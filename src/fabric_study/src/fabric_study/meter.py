@@ -6,6 +6,7 @@ order by the stamps when the row is asked for.
 """
 
 from bisect import bisect_left, bisect_right
+from collections import deque
 from collections.abc import Sequence
 from pathlib import PurePath
 
@@ -33,6 +34,7 @@ COLUMNS = (
     "discounted_reward",
     "success",
     "warnings",
+    "false_warnings",
     "duration_s",
     "decisions",
     "human_succeeded",
@@ -50,6 +52,8 @@ COLUMNS = (
 
 DISCOUNT = 0.98  # per decision
 WARNING_REWARD = -3.0
+WARNING_STATE = "warns_the_robot"  # of GroundTruth
+WARNING_MEMORY = 5.0  # s; a warning recognised later than this after the person's is a false one
 SUCCESS_REWARD = 6.0
 FAILURE_REWARD = {"inspection": -3.0, "sorting": -6.0}  # Table 6.4 is the sorting scenario's
 
@@ -163,7 +167,8 @@ class TaskMeter:
             self._model,
             self.discounted_reward(),
             self._success(),
-            self._number_of(TaskEvent.WARNING),
+            len(self._warning_stamps()),
+            self._false_warnings(),
             state.duration,
             len(self._decisions),
             *counts,
@@ -180,18 +185,19 @@ class TaskMeter:
         """Return Eq. 6.2: the sum of Eq. 6.1 over the subtasks.
 
         A reward comes with the observation that tells it, and is discounted by the number of
-        observations (so decisions) made in the subtask before that one.
+        observations (so decisions) made in the subtask before that one. A warning costs what it
+        costs when the person gives it, told or not.
         """
         stamps = sorted(self._observation_stamps())
+        warnings = deque(self._warning_stamps())
         reward, begun = 0.0, 0  # number of observations that belong to earlier subtasks
-        for event in self._ordered_events():
-            immediate = self._immediate(event)
+        for event in self._ends_of_subtasks():
             t = to_seconds(event)
-            steps = max(bisect_left(stamps, t) - begun, 0)
-            reward += DISCOUNT**steps * immediate
-            if event.kind in END_OF_SUBTASK:
-                begun = self._observed_by_end_of(event, stamps)
-        return reward
+            while warnings and warnings[0] <= t:
+                reward += WARNING_REWARD * _discount(stamps, warnings.popleft(), begun)
+            reward += self._immediate(event) * _discount(stamps, t, begun)
+            begun = self._observed_by_end_of(event, stamps)
+        return reward + sum(WARNING_REWARD * _discount(stamps, t, begun) for t in warnings)
 
     def _mine(self, message: object) -> bool:
         return message.task_id == self._state.task_id  # type: ignore[attr-defined]
@@ -212,16 +218,52 @@ class TaskMeter:
         )
         return bisect_left(stamps, t) + told
 
-    def _ordered_events(self) -> list[TaskEvent]:
-        return [self._events[sequence] for sequence in sorted(self._events)]
+    def _ends_of_subtasks(self) -> list[TaskEvent]:
+        events = [self._events[sequence] for sequence in sorted(self._events)]
+        return [event for event in events if event.kind in END_OF_SUBTASK]
 
-    def _immediate(self, event: TaskEvent) -> float:
-        """Return the immediate reward of Table 6.4."""
-        if event.kind == TaskEvent.SUBTASK_SUCCEEDED:
+    def _ordered_truths(self) -> list[GroundTruth]:
+        return [self._truths[sequence] for sequence in sorted(self._truths)]
+
+    def _warning_stamps(self) -> list[float]:
+        """Times in s at which warnings began.
+
+        Where the truth is known these are the warnings that the person gave: the true state became
+        WARNING_STATE. Repeating a warning while the robot goes on is part of it. Without the truth
+        they are the recognised ones.
+        """
+        if not self._truths:
+            return self._recognised_warnings()
+        stamps, before = [], False
+        for truth in self._ordered_truths():
+            warns = truth.state == WARNING_STATE
+            if warns and not before:
+                stamps.append(to_seconds(truth))
+            before = warns
+        return stamps
+
+    def _recognised_warnings(self) -> list[float]:
+        events = [self._events[sequence] for sequence in sorted(self._events)]
+        return [to_seconds(event) for event in events if event.kind == TaskEvent.WARNING]
+
+    def _false_warnings(self) -> int | None:
+        """Count the recognised warnings while which, and WARNING_MEMORY before, nobody warned.
+
+        None without the truth.
+        """
+        if not self._truths:
+            return None
+        given = [to_seconds(t) for t in self._truths.values() if t.state == WARNING_STATE]
+        return sum(
+            not any(t - WARNING_MEMORY <= stamp <= t for stamp in given)
+            for t in self._recognised_warnings()
+        )
+
+    def _immediate(self, end: TaskEvent) -> float:
+        """Return the immediate reward of Table 6.4 for the end of a subtask."""
+        if end.kind == TaskEvent.SUBTASK_SUCCEEDED:
             return SUCCESS_REWARD
-        if event.kind == TaskEvent.SUBTASK_FAILED:
-            return FAILURE_REWARD[self._state.scenario]
-        return WARNING_REWARD if event.kind == TaskEvent.WARNING else 0.0
+        return FAILURE_REWARD[self._state.scenario]
 
     def _number_of(self, kind: int) -> int:
         return sum(event.kind == kind for event in self._events.values())
@@ -252,7 +294,7 @@ class TaskMeter:
 
         Decisions of models that do not know the stage are not judged.
         """
-        truths = [self._truths[sequence] for sequence in sorted(self._truths)]
+        truths = self._ordered_truths()
         stamps = [to_seconds(truth) for truth in truths]
         right = judged = 0
         for sequence, decision in self._decisions.items():
@@ -266,6 +308,11 @@ class TaskMeter:
             judged += 1
             right += names[_arg_max(decision.belief)] == truths[index].anticipated_state
         return _ratio(right, judged)
+
+
+def _discount(stamps: Sequence[float], t: float, begun: int) -> float:
+    """Return DISCOUNT to the number of observations before t, not counting the first `begun`."""
+    return DISCOUNT ** max(bisect_left(stamps, t) - begun, 0)
 
 
 def _ratio(part: float, whole: float) -> float | None:
