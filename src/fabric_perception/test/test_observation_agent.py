@@ -217,8 +217,17 @@ def test_a_grasp_that_ends_without_a_placement_has_failed_once_the_containers_ha
     scene = Scene(ObservationParameters(same_action_timeout=1.0))
     scene.percepts(GRASP, 2)
     seen = scene.percepts(IDLE, 42)
-    assert triggers(seen) == [CHANGE, TIMEOUT, TIMEOUT, TIMEOUT, TIMEOUT]
+    assert triggers(seen) == [CHANGE, TIMEOUT, CHANGE, TIMEOUT, TIMEOUT]
     assert failed(seen) == [0, 0, 1, 1, 1]
+
+
+def test_a_decision_is_due_as_soon_as_an_attempt_has_failed():
+    scene = Scene()
+    scene.percepts(GRASP, 2)
+    seen = scene.percepts(IDLE, 25)
+    assert triggers(seen) == [CHANGE, CHANGE]
+    assert failed(seen) == [0, 1]
+    assert seen[1].header.stamp.to_sec() - seen[0].header.stamp.to_sec() == pytest.approx(2.0)
 
 
 def test_a_placement_is_no_failed_attempt_even_when_it_is_reported_late():

@@ -2,9 +2,9 @@
 """The observation agent: fuses percepts and task events, and says when a decision is due.
 
 Fig. 6.5: a decision is due when a container has changed or a warning has begun (both interrupt),
-when the recognised behaviour of the person has changed, and when nothing has changed for the
-time-out - the last two while a cube waits to be dealt with. Tables 6.2 and 6.3 define what the
-observation then holds.
+when the recognised behaviour of the person has changed, when an attempt turns out to have failed, and
+when nothing has changed for the time-out - the last three while a cube waits to be dealt with.
+Tables 6.2 and 6.3 define what the observation then holds.
 """
 
 import math
@@ -78,8 +78,10 @@ class ObservationAgent:
         self._recogniser.feed(activity, head, hold)
         now = self._recogniser.behaviour
         assert now is not None  # the recogniser believes its first percept
+        failures = self._subtask.failed_attempts
         self._track(t, before, now)
-        trigger = self._trigger(t, before, now)
+        changed = before != now or self._subtask.failed_attempts > failures
+        trigger = self._trigger(t, before, now, changed)
         return [] if trigger is None else [self._observe(t, trigger)]
 
     def _reset(self, state: TaskState) -> None:
@@ -116,7 +118,9 @@ class ObservationAgent:
         if grasped and not grasps:
             self._subtask.grasp_ends(t)
 
-    def _trigger(self, t: float, before: Behaviour | None, now: Behaviour) -> int | None:
+    def _trigger(
+        self, t: float, before: Behaviour | None, now: Behaviour, changed: bool
+    ) -> int | None:
         """Say why a decision is due. Between two cubes only a warning and its end make it so: a
         person who waits for the belt is neither idle nor distracted (6.2.4.1).
         """
@@ -130,7 +134,7 @@ class ObservationAgent:
             return None
         if not self._started:
             return Observation.TRIGGER_START
-        if before is None or before != now:
+        if changed:
             return Observation.TRIGGER_ACTION_CHANGE
         if t - self._last_observation >= self._parameters.same_action_timeout - RESOLUTION:
             return Observation.TRIGGER_TIMEOUT
