@@ -2,8 +2,8 @@
 """The observation agent: fuses percepts and task events, and says when a decision is due.
 
 Fig. 6.5: a decision is due when a container has changed or a warning has begun (both interrupt),
-when the recognised behaviour of the person has changed, when an attempt turns out to have failed, and
-when nothing has changed for the time-out - the last three while a cube waits to be dealt with.
+when the recognised behaviour of the person has changed, when an attempt turns out to have failed,
+and when nothing has changed for the time-out - the last three while a cube waits to be dealt with.
 Tables 6.2 and 6.3 define what the observation then holds.
 """
 
