@@ -35,6 +35,8 @@ def refused(*words: str) -> str:
         "sensing:=smell",
         "speed:=nan",
         "speed:=0",
+        "web_port:=65536",
+        "web_port:=-1",
         "rviz:=yes",
         "human:=0.1,0.2,0.3",
         "human:=0.1,0.2,0.3,nan",
@@ -55,10 +57,29 @@ def test_the_refusal_of_a_human_lists_the_sixteen_types():
     assert all(name in reason for name in arguments.HUMAN_TYPES)
 
 
-def test_camera_manual_and_worker_files_say_that_they_are_not_there_yet():
+def test_a_camera_says_that_it_is_not_there_yet():
     assert "not available yet" in refused("sensing:=camera")
-    assert "not available yet" in refused("human:=manual")
-    assert "not available yet" in refused("human:=somebody.pomdpx")
+
+
+def test_a_worker_is_a_file_that_exists(tmp_path, monkeypatch):
+    assert "a model file that exists" in refused("human:=somebody.pomdpx")
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "somebody.pomdpx").touch()
+    for command in ("sim", "batch"):
+        said = arguments.parse(command, ["human:=somebody.pomdpx"])
+        assert said["human"] == str(tmp_path / "somebody.pomdpx")
+
+
+def test_a_person_at_the_keys_gets_real_time_and_never_the_fastest():
+    assert arguments.parse("sim", ["human:=manual"])["speed"] == "1.0"
+    assert arguments.parse("sim", ["human:=manual", "speed:=2"])["speed"] == "2.0"
+    assert arguments.parse("sim", ["human:=mixed"])["speed"] == "0"
+    assert "nobody presses keys" in refused("human:=manual", "speed:=max")
+
+
+def test_a_headless_run_has_nobody_at_the_keys():
+    with pytest.raises(arguments.ArgumentError, match="somebody at the keys: ./fabric sim"):
+        arguments.parse("batch", ["human:=manual"])
 
 
 def test_an_unknown_name_and_a_word_without_sign_are_refused():

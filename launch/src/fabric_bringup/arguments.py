@@ -29,6 +29,7 @@ HUMAN_TYPES = tuple(
     )
 )
 MODEL_SUFFIXES = (".pomdpx", ".pomdp")
+MANUAL = "manual"  # the value of human that stands for somebody at the keys
 LARGEST_INT = 2**31 - 1  # what a ROS parameter can hold
 
 
@@ -50,6 +51,13 @@ def tasks(text: str) -> str:
 def seed(text: str) -> str:
     """A root seed, 0 or more."""
     return _integer(text, 0)
+
+
+def port(text: str) -> str:
+    """A TCP port, or 0."""
+    if int(_integer(text, 0)) > 65535:
+        raise ArgumentError("a whole number from 0 to 65535")
+    return str(int(text))
 
 
 def boolean(text: str) -> str:
@@ -104,18 +112,24 @@ def _dials(text: str) -> str | None:
     return text
 
 
-def human(text: str) -> str:
-    """A known type, four dials, random (one a run) or mixed (one a task)."""
+def simulated_human(text: str) -> str:
+    """A known type, four dials, random (one a run), mixed (one a task), or a worker's file."""
+    file = _model_file(text)
+    if file is not None:
+        return file
     if _dials(text) is not None or text in HUMAN_TYPES + ("random", "mixed"):
         return text
-    if text == "manual":
-        raise ArgumentError("a simulated person (manual is not available yet in this version)")
-    if text.lower().endswith(MODEL_SUFFIXES):
-        raise ArgumentError("no file (worker models are not available yet in this version)")
+    if text == MANUAL:
+        raise ArgumentError("a simulated person (manual needs somebody at the keys: ./fabric sim)")
     raise ArgumentError(
-        "random, mixed, four numbers e,s,a,c in [0, 1], or one of the types "
-        + ", ".join(HUMAN_TYPES)
+        "random, mixed, four numbers e,s,a,c in [0, 1], a model file (.pomdpx), or one of the "
+        "types " + ", ".join(HUMAN_TYPES)
     )
+
+
+def human(text: str) -> str:
+    """As simulated_human, or manual: somebody at the keys."""
+    return text if text == MANUAL else simulated_human(text)
 
 
 def policy(text: str) -> str:
@@ -185,6 +199,9 @@ def new_run_folder() -> str:
     raise AssertionError("unreachable: count() does not end")
 
 
+PEOPLE = "a type | e,s,a,c | random | mixed | a model file"
+
+
 @dataclasses.dataclass(frozen=True)
 class Word:
     """One argument; `check` turns its text into the text for roslaunch or raises ArgumentError."""
@@ -200,7 +217,8 @@ WORDS = (
     Word("tasks", "10", "how many tasks to run", tasks),
     Word("seed", "1", "root of all randomness; same seed, same results", seed),
     Word("scenario", "inspection", "inspection | sorting", one_of(SCENARIOS)),
-    Word("human", "random", "a type | e,s,a,c | random | mixed", human),
+    Word("human", "random", f"{PEOPLE} | manual (you)", human, ("sim",)),
+    Word("human", "random", PEOPLE, simulated_human, ("batch",)),
     Word(
         "policy",
         "proactive",
@@ -216,7 +234,8 @@ WORDS = (
     Word("out_dir", "", "folder of the models; empty is where ABPS looks", folder, ("train",)),
     Word("jobs", "0", "processes; 0 is one a core", seed, ("batch", "train")),
     Word("sensing", "direct", "direct: labels with noise", sensing, ("sim",)),
-    Word("speed", "max", "times real time, or max", speed, ("sim",)),
+    Word("speed", "max", "times real time, or max; manual: 1 unless given", speed, ("sim",)),
+    Word("web_port", "0", "of the page for human:=manual; 0 is any free one", port, ("sim",)),
     Word("rviz", "false", "open the 3D view", boolean, ("sim",)),
     Word("record", "true", "one bag a task", boolean, ("sim",)),
     Word("out_dir", new_run_folder, "folder of the record", out_dir),
@@ -256,6 +275,11 @@ def parse(command: str, arguments: Sequence[str]) -> dict[str, str]:
         if name in given:
             raise ArgumentError(f"'{name}' is given twice")
         given[name] = _checked(known[name], text)
+    if given.get("human") == MANUAL and given.setdefault("speed", "1.0") == "0":
+        raise ArgumentError(
+            "speed:=max is refused: with human:=manual it must be a number above 0 (times real "
+            "time), nobody presses keys as fast as the computer"
+        )
     for name, word in known.items():
         if name not in given:
             given[name] = _checked(word, word.default() if callable(word.default) else word.default)

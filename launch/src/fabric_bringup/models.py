@@ -15,20 +15,27 @@ def check_policy(path: str) -> None:
     fabric_planner.DecisionAgent(path, fabric_planner.PlannerOptions())
 
 
-CHECKS = {"policy": check_policy}
+def check_human(path: str) -> None:
+    """Raises ValueError naming file and place if no simulated person can be made of this model."""
+    from fabric_sim.staff import check_human
+
+    check_human(path)
+
+
+CHECKS = {"policy": check_policy, "human": check_human}
 
 
 def main(words: Sequence[str]) -> int:
     """Checks the files among `name:=value` words; exit 2 and the reason when one is refused."""
     for word in words:
         name, _, text = word.partition(":=")
-        if name not in CHECKS or not os.path.isabs(text):
-            continue
-        try:
-            CHECKS[name](text)
-        except ValueError as error:
-            print(f"fabric: {name}:={text} is refused: {error}", file=sys.stderr)
-            return 2
+        paths = text.split(",") if name == "policy" else [text]  # batch takes several policies
+        for path in filter(os.path.isabs, paths if name in CHECKS else ()):
+            try:
+                CHECKS[name](path)
+            except ValueError as error:
+                print(f"fabric: {name}:={path} is refused: {error}", file=sys.stderr)
+                return 2
     return 0
 
 
