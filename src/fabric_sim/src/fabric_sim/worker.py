@@ -177,8 +177,9 @@ class Worker(LoneWorker):
 
     @property
     def looking_around(self) -> bool:
-        """Whether the head is turned away from the work."""
-        return self.action == "look_around"
+        """Whether the eyes are off the work; who stands lost in thought looks elsewhere too."""
+        lost = self.state == "no_attention" and self.action == "idle"
+        return lost or self.action == "look_around"
 
     @property
     def next_wakeup(self) -> float:
@@ -203,7 +204,6 @@ class Worker(LoneWorker):
                 self.action,
                 self.counters,
                 self.acceptance(t),
-                self.person.weakest,
                 self._sorting,
                 self._p.truth,
             )

@@ -124,8 +124,11 @@ class LoneWorker:
             self._agenda.add(end, lambda now: self._fail(now, outcome))
 
     def _fail(self, t: float, state: str) -> None:
+        """Let go: the hands return before anything else begins."""
         self.counters.failed += 1
-        self._arrive(t, state)
+        self.action = "idle"
+        self._set_state(state, t)
+        self._agenda.add(t + self._timing.retreat.draw(self._rng, self._slow), self._decide)
 
     def _pick(self, t: float) -> None:
         if not self._cube or self._held_by != HELD_BY_NOBODY:

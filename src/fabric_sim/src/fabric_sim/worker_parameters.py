@@ -143,8 +143,8 @@ class MemoryParameters:
 class TruthParameters:
     """Thresholds of the rule in truth.py; counts of steps and a probability."""
 
-    patience: int
-    stage_two_after: int
+    stage_one: int
+    failures: int
     wants_help: float
 
 

@@ -33,12 +33,6 @@ class Person:
             self._now = effective_character(self.character, self._history, self._p.history)
         return self._now
 
-    @property
-    def weakest(self) -> str:
-        """The lowest of the dials that decide how well the person works."""
-        now = self.now
-        return min("expertise", "stamina", "attention", key=lambda dial: getattr(now, dial))
-
     def become(self, character: Character) -> None:
         """Replace the dials that the history acts on, as a mood does; the history stays."""
         self.character = character

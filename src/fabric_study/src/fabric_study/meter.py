@@ -292,7 +292,8 @@ class TaskMeter:
     def _accuracy(self, stage: Sequence[str]) -> float | None:
         """Share of decisions whose most likely state was the truth, while the truth was in `stage`.
 
-        Decisions of models that do not know the stage are not judged.
+        Decisions of models that do not know the stage are not judged, nor are those at the first
+        sight of the task and at its end: nothing has been seen yet, or nothing is left to infer.
         """
         truths = self._ordered_truths()
         stamps = [to_seconds(truth) for truth in truths]
@@ -300,7 +301,7 @@ class TaskMeter:
         for sequence, decision in self._decisions.items():
             names = self._states.get(decision.model_hash, [])
             observation = self._observations.get(sequence)
-            if observation is None or not set(names) & set(stage):
+            if observation is None or not set(names) & set(stage) or _at_border(observation):
                 continue
             index = bisect_right(stamps, to_seconds(observation)) - 1
             if index < 0 or truths[index].anticipated_state not in stage:
@@ -308,6 +309,11 @@ class TaskMeter:
             judged += 1
             right += names[_arg_max(decision.belief)] == truths[index].anticipated_state
         return _ratio(right, judged)
+
+
+def _at_border(observation: Observation) -> bool:
+    ended = observation.task_success or observation.task_failure
+    return ended or observation.trigger == Observation.TRIGGER_START
 
 
 def _discount(stamps: Sequence[float], t: float, begun: int) -> float:
