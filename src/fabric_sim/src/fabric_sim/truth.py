@@ -26,7 +26,8 @@ whether help would be accepted at this moment.
     the person is at work: inspection task_assigned_to_human; sorting may_not_be_capable after
     `failures` wrong trays in a row, human_doing_ok if the person's last cube went right, else
     task_assigned_to_human.
-    failed: attempts in this subtask that came to nothing; in sorting a wrong tray is one.
+    failed: attempts in this subtask that came to nothing, a wrong tray when sorting. A warning
+    wipes all counters: who says stop wants to begin again.
 """
 
 from __future__ import annotations
@@ -52,9 +53,10 @@ _FIXED = {
     "recovery": "needs_help",
 }
 
+
 @dataclass
 class Counters:
-    """Steps since the subtask started (a step is one action), and how the last cubes went."""
+    """Steps of trouble with this cube (a step is one action), and how the last cubes went."""
 
     failed: int = 0
     distracted: int = 0
@@ -62,8 +64,8 @@ class Counters:
     wrong_in_a_row: int = 0
     last_was_right: bool = False
 
-    def next_subtask(self) -> None:
-        """Reset what belongs to a subtask; how the last cubes went is kept until the task ends."""
+    def begin_again(self) -> None:
+        """Forget trouble, with the next cube or after a warning; the last cubes are remembered."""
         self.failed = self.distracted = self.tired = 0
 
     def placed(self, correct: bool) -> None:

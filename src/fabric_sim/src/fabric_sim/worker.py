@@ -115,7 +115,7 @@ class Worker(LoneWorker):
         self._colour = colour
         self._pointings = 0
         self._truth = None
-        self.counters.next_subtask()
+        self.counters.begin_again()
         if self.state not in _LASTING and not self.holding:
             self._set_state("task_assigned", t)
         if not self._agenda:
@@ -317,6 +317,7 @@ class Worker(LoneWorker):
             self._warn(t)
             return
         self._set_state("robot_receives_the_warning", t)
+        self.counters.begin_again()
         self._begin(t, "idle")
         self._pass_time(t, STATE_INDEX[self.state], ACTION_INDEX["idle"])
 
