@@ -13,7 +13,7 @@ import rosgraph
 import rospy
 import tf2_ros
 from actionlib_msgs.msg import GoalID
-from geometry_msgs.msg import PoseStamped, TransformStamped
+from geometry_msgs.msg import PoseStamped
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
@@ -36,18 +36,22 @@ from fabric_msgs.msg import (
 from fabric_msgs.srv import (
     Command,
     CommandResponse,
+    HumanCommand,
+    HumanCommandResponse,
     SetConveyor,
     SetConveyorResponse,
     SetSuction,
     SetSuctionResponse,
 )
 from fabric_msgs.traffic import Traffic, introduce
-from fabric_sim import reports
+from fabric_sim import frames, reports
 from fabric_sim.arm import JOINT_NAMES, ArmResult, goal_of
 from fabric_sim.cell import Cell, CellConfig, CellOutput, Stimulus
-from fabric_sim.cell_parameters import CellParameters
-from fabric_sim.geometry import Frame, Point
+from fabric_sim.cell_parameters import MANUAL, CellParameters
+from fabric_sim.geometry import Point
 from fabric_sim.lockstep import Lockstep, Pace, Stalled
+from fabric_sim.manual_commands import NAMES
+from fabric_sim.manual_worker import ManualStaff
 from fabric_sim.quiescence import CELL, EDGES, Counts, Quiescence
 from fabric_sim.staff import Staff
 
@@ -155,7 +159,7 @@ class ArmServer(actionlib.ActionServer):
 class CellNode:
     """The graph as the lockstep sees it: publishes, listens, counts."""
 
-    def __init__(self, cell: Cell, staff: Staff, parameters: CellParameters) -> None:
+    def __init__(self, cell: Cell, staff: Staff | ManualStaff, parameters: CellParameters) -> None:
         self._cell = cell
         self._staff = staff
         self._parameters = parameters
@@ -174,6 +178,11 @@ class CellNode:
     def closed(self) -> bool:
         """True after Ctrl-C."""
         return rospy.is_shutdown()
+
+    @property
+    def ready(self) -> bool:
+        """False while somebody at the keys has yet to begin the task."""
+        return getattr(self._cell.worker, "ready", True)
 
     def run(self) -> None:
         """Keep cell and graph in step until shutdown. Raises Stalled."""
@@ -222,7 +231,8 @@ class CellNode:
         self._joint_states.publish(joints)
         tool = reports.pose(Point(*arm.pose[:3]), arm.pose.yaw)
         self._tcp.publish(PoseStamped(reports.header(t, "arm_base_link"), tool))
-        self._moving_frames.sendTransform(self._person_frames(t) + self._tool_frame(t))
+        tool_frame = frames.of_tool(self._cell, t) if self._parameters.arm_frames else []
+        self._moving_frames.sendTransform(frames.of_person(self._cell, t) + tool_frame)
 
     # -- wiring ---------------------------------------------------------------------------------
 
@@ -238,7 +248,7 @@ class CellNode:
         self._moving_frames = tf2_ros.TransformBroadcaster()
         self._fixed_frames = tf2_ros.StaticTransformBroadcaster()
         if self._parameters.arm_frames:
-            self._fixed_frames.sendTransform(self._cell_frames())
+            self._fixed_frames.sendTransform(frames.of_cell(self._cell))
 
     def _listen(self) -> None:
         self._traffic.subscribe("task/state", TaskState, self._on_task)
@@ -256,6 +266,8 @@ class CellNode:
         rospy.Service("arm/clear_alarms", Command, locked(self._clear_alarms))
         rospy.Service("arm/set_suction", SetSuction, locked(self._set_suction))
         rospy.Service("conveyor/set_speed", SetConveyor, locked(self._set_conveyor))
+        if self._parameters.human == MANUAL:
+            rospy.Service("human/command", HumanCommand, locked(self._command_person))
 
     def _wake(self) -> None:
         with self._heard:
@@ -320,37 +332,11 @@ class CellNode:
             return SetConveyorResponse(False, str(error))
         return SetConveyorResponse(True, "")
 
-    # -- frames ---------------------------------------------------------------------------------
-
-    def _cell_frames(self) -> list[TransformStamped]:
-        geometry = self._cell.geometry
-        fixed = {"arm_base_link": geometry.arm, "conveyor": geometry.conveyor}
-        frames = [_transform(0.0, "world", "cell", Frame(0.0, 0.0, 0.0, 0.0))]
-        return frames + [_transform(0.0, "cell", name, frame) for name, frame in fixed.items()]
-
-    def _person_frames(self, t: float) -> list[TransformStamped]:
-        body, yaw = self._cell.body, self._cell.geometry.person.yaw
-        places = {
-            "person": Frame(*body.base, yaw),
-            "person_head": Frame(*body.head, yaw + body.turned),
-            "person_hand": Frame(*body.hand, yaw),
-        }
-        return [_transform(t, "cell", name, frame) for name, frame in places.items()]
-
-    def _tool_frame(self, t: float) -> list[TransformStamped]:
-        if not self._parameters.arm_frames:
-            return []
-        return [_transform(t, "arm_base_link", "arm_tcp", Frame(*self._cell.arm.pose))]
-
-
-def _transform(t: float, parent: str, child: str, frame: Frame) -> TransformStamped:
-    """The frame `child` in its parent."""
-    message = TransformStamped(header=reports.header(t, parent), child_frame_id=child)
-    pose = reports.pose(Point(*frame[:3]), frame.yaw)
-    at = message.transform.translation
-    at.x, at.y, at.z = pose.position.x, pose.position.y, pose.position.z
-    message.transform.rotation = pose.orientation
-    return message
+    def _command_person(self, request: object) -> HumanCommandResponse:
+        name = NAMES[request.action] if request.action < len(NAMES) else str(request.action)
+        accepted, reason = self._cell.worker.command(name, request.container)
+        self._heard.notify_all()
+        return HumanCommandResponse(accepted, reason)
 
 
 def _counts(handled: list, sent: list) -> Counts:
@@ -359,6 +345,13 @@ def _counts(handled: list, sent: list) -> Counts:
         {entry.topic: entry.count for entry in sent},
         {entry.topic: entry.connections for entry in sent},
     )
+
+
+def staff_of(parameters: CellParameters) -> Staff | ManualStaff:
+    """Who works in the cell. Raises ValueError for a type or file that cannot be simulated."""
+    if parameters.human == MANUAL:
+        return ManualStaff(parameters.seed)
+    return Staff(parameters.human, parameters.seed)
 
 
 def main() -> int:
@@ -372,7 +365,7 @@ def main() -> int:
             parameters.arm_file,
             parameters.sensing_file,
         )
-        staff = Staff(parameters.human, parameters.seed)
+        staff = staff_of(parameters)
         node = CellNode(Cell(config, staff.worker(1), parameters.seed), staff, parameters)
     except ValueError as error:
         rospy.logfatal("%s", error)

@@ -24,6 +24,7 @@ class Graph:
         self.wall = wall
         self.work, self.absent, self.busy = work, absent, 0
         self.closed = False
+        self.ready = True
         self.log = []
         self.react = lambda topic: None
 
@@ -71,6 +72,21 @@ def test_it_waits_after_every_stimulus():
         *["cell/containers", "wait", "wait"],
         *["human/activity", "wait", "wait"],
     ]
+
+
+def test_time_stands_while_somebody_at_the_keys_has_yet_to_begin():
+    cell, graph, lockstep = setup()
+    graph.ready = False
+    cell.on_task(task())
+
+    def look(seconds):
+        graph.log.append("wait")
+        graph.closed = graph.log.count("stand") == 3
+
+    graph.wait = look
+    lockstep.run()
+    assert "show" not in graph.log
+    assert cell.now == 0.0
 
 
 def test_it_waits_for_everybody_before_the_start():

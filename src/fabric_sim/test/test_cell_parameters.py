@@ -26,6 +26,13 @@ def test_defaults_and_lists():
     assert CellParameters.load(GOOD | {"expected": ["task"]}, "/cell").expected == ("task",)
 
 
+def test_somebody_at_the_keys_needs_a_speed():
+    manual = GOOD | {"human": "manual"}
+    assert CellParameters.load(manual, "/cell").speed == 1.0
+    with pytest.raises(ParameterError, match="/cell/speed is 0, want more than 0 with human man"):
+        CellParameters.load(manual | {"speed": 0.0}, "/cell")
+
+
 @pytest.mark.parametrize("key", sorted(GOOD))
 def test_what_changes_results_has_no_default(key):
     values = {k: v for k, v in GOOD.items() if k != key}

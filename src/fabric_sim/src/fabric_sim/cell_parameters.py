@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 SENSING = ("direct",)
+MANUAL = "manual"  # human: somebody at the keys
 
 
 class ParameterError(ValueError):
@@ -17,7 +18,7 @@ class ParameterError(ValueError):
 class CellParameters:
     """What the node is started with; files by path."""
 
-    human: str  # name of a type, "e,s,a,c", random or mixed
+    human: str  # name of a type, "e,s,a,c", random, mixed, a worker's file or manual
     seed: int  # root seed of the run
     sensing: str  # one of SENSING
     expected: tuple[str, ...]  # nodes to wait for, as they call themselves in heartbeats
@@ -49,6 +50,11 @@ class CellParameters:
             arm_frames=reader.flag("arm_frames", cls.arm_frames),
         )
         reader.refuse_unknown(set(cls.__dataclass_fields__))
+        if parameters.human == MANUAL and parameters.speed == 0.0:
+            raise ParameterError(
+                f"parameter {node}/speed is 0, want more than 0 with human manual: nobody presses "
+                "keys as fast as the computer"
+            )
         return parameters
 
 

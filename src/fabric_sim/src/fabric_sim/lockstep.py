@@ -23,6 +23,10 @@ class Graph(Protocol):
     def closed(self) -> bool:
         """True when the run is to end."""
 
+    @property
+    def ready(self) -> bool:
+        """False while somebody at the keys has yet to sit down: time stands for the others too."""
+
     def wait(self, seconds: float) -> None:
         """Return when anything was heard, or after this wall time."""
 
@@ -67,7 +71,7 @@ class Lockstep:
         """Wait for everybody, then tick whenever a task runs. Raises Stalled."""
         self.get_ready()
         while not self._graph.closed:
-            if self._cell.running:
+            if self._cell.running and self._graph.ready:
                 self.tick()
             else:
                 self._graph.show(None)

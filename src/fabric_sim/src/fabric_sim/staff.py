@@ -1,13 +1,12 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Who works in which task: the same person goes on, another one starts fresh."""
 
+from fabric_sim.cell_parameters import MANUAL
 from fabric_sim.character import Character, CharacterError, human_of_task, named_generator
 from fabric_sim.worker import Worker
 from fabric_sim.worker_file import FileWorker, WorkerFile, is_worker_file
 from fabric_sim.worker_model import ModelLibrary
 from fabric_sim.worker_parameters import WorkerParameters
-
-MANUAL = "manual"
 
 
 class Staff:

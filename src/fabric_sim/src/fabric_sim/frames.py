@@ -1,0 +1,41 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The frames of the cell as messages for tf: what stands, the person, the tool."""
+
+from geometry_msgs.msg import TransformStamped
+
+from fabric_sim import reports
+from fabric_sim.cell import Cell
+from fabric_sim.geometry import Frame, Point
+
+
+def of_cell(cell: Cell) -> list[TransformStamped]:
+    """What never moves: the cell in the world, arm and conveyor in the cell."""
+    fixed = {"arm_base_link": cell.geometry.arm, "conveyor": cell.geometry.conveyor}
+    still = [_transform(0.0, "world", "cell", Frame(0.0, 0.0, 0.0, 0.0))]
+    return still + [_transform(0.0, "cell", name, frame) for name, frame in fixed.items()]
+
+
+def of_person(cell: Cell, t: float) -> list[TransformStamped]:
+    """The person, the head and the working hand in the cell at time t (s)."""
+    body, yaw = cell.body, cell.geometry.person.yaw
+    places = {
+        "person": Frame(*body.base, yaw),
+        "person_head": Frame(*body.head, yaw + body.turned),
+        "person_hand": Frame(*body.hand, yaw),
+    }
+    return [_transform(t, "cell", name, frame) for name, frame in places.items()]
+
+
+def of_tool(cell: Cell, t: float) -> list[TransformStamped]:
+    """The tool of the arm in its base at time t (s)."""
+    return [_transform(t, "arm_base_link", "arm_tcp", Frame(*cell.arm.pose))]
+
+
+def _transform(t: float, parent: str, child: str, frame: Frame) -> TransformStamped:
+    """The frame `child` in its parent."""
+    message = TransformStamped(header=reports.header(t, parent), child_frame_id=child)
+    pose = reports.pose(Point(*frame[:3]), frame.yaw)
+    at = message.transform.translation
+    at.x, at.y, at.z = pose.position.x, pose.position.y, pose.position.z
+    message.transform.rotation = pose.orientation
+    return message
