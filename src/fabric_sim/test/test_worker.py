@@ -277,6 +277,7 @@ def test_origins_are_states_or_what_the_hands_do():
     assert origin_of("evaluating", "grasp", 1) == "trying_again"
     assert origin_of("failed_to_grasp", "grasp", 1) == "trying_again"
     assert origin_of("tired", "idle", 1) == "tired"
+    assert origin_of("evaluating", "look_around", 0) == "no_attention"
 
 
 def refusal(origin, character=MIDDLING, distracted_for=0.0):

@@ -48,8 +48,14 @@ def test_trouble_is_stage_one_first_and_then_a_matter_of_wanting_help(state, cou
 
 def test_distraction_is_stage_one_first_and_then_wants_a_reminder():
     assert word("no_attention", "look_around", distracted=1) == "may_be_distracted"
-    assert word("no_attention", "look_around", distracted=2) == "needs_to_be_reminded"
     assert word("no_attention", accepts=UNWILLING, distracted=2) == "needs_to_be_reminded"
+    assert word("no_attention", accepts=WILLING, distracted=2) == "needs_help"
+
+
+def test_whoever_does_not_try_again_after_a_failure_wants_help_or_not():
+    assert word("failed_to_grasp", failed=1, gave_up=1) == "may_not_be_capable"
+    assert word("failed_to_grasp", failed=1, gave_up=2) == "needs_help"
+    assert word("evaluating", accepts=UNWILLING, failed=1, gave_up=2) == "does_not_need_help"
 
 
 def test_trying_again_counts_like_having_failed():
@@ -67,7 +73,7 @@ def test_at_first_the_person_has_the_task(state):
 @pytest.mark.parametrize("state", ["task_assigned", "evaluating"])
 def test_eyes_off_the_work_are_a_distraction_in_every_state(state):
     assert word(state, "look_around", distracted=1) == "may_be_distracted"
-    assert word(state, "look_around", distracted=2) == "needs_to_be_reminded"
+    assert word(state, "look_around", UNWILLING, distracted=2) == "needs_to_be_reminded"
 
 
 def test_failure_tells_more_than_tiredness_and_both_more_than_a_look():
@@ -109,7 +115,7 @@ def test_counters_of_a_subtask_are_reset_and_the_streak_is_kept():
 
 
 def test_reaching_ends_distraction_and_tiredness_but_not_failure():
-    counters = Counters(failed=1, distracted=2, tired=2)
+    counters = Counters(failed=1, gave_up=2, distracted=2, tired=2)
     counters.step("tired", "grasp")
     assert counters == Counters(failed=1)
 

@@ -13,19 +13,21 @@ whether help would be accepted at this moment.
     robot_receives_the_warning                                             does_not_need_help
     robot_interfered             (help was accepted)                       needs_help
     recovery, or walking away                                              needs_help
-    any other, in this order     failed >= failures                        by acceptance
-                                 failed > 0                                may_not_be_capable
+    any other, in this order     failed, again or long ago                 by acceptance
+                                 failed                                    may_not_be_capable
                                  grasping                                  the person is at work
     tired                        steps tired <= stage_one                  may_be_tired
                                  else                                      by acceptance
     no_attention, or looking     steps distracted <= stage_one             may_be_distracted
-    around                       else                                      needs_to_be_reminded
+    around                       help would be accepted                    needs_help
+                                 else                                      needs_to_be_reminded
     task_assigned, evaluating                                              the person is at work
 
     by acceptance: needs_help if the person would accept help now, else does_not_need_help.
     the person is at work: inspection task_assigned_to_human; sorting may_not_be_capable after
     `failures` wrong trays in a row, human_doing_ok if the person's last cube went right, else
     task_assigned_to_human.
+    failed, again or long ago: `failures` times, or more than stage_one steps without a new attempt.
     failed: attempts in this subtask that came to nothing, a wrong tray when sorting. A warning
     wipes all counters: who says stop wants to begin again.
 """
@@ -59,6 +61,7 @@ class Counters:
     """Steps of trouble with this cube (a step is one action), and how the last cubes went."""
 
     failed: int = 0
+    gave_up: int = 0  # since the last failure
     distracted: int = 0
     tired: int = 0
     wrong_in_a_row: int = 0
@@ -66,7 +69,7 @@ class Counters:
 
     def begin_again(self) -> None:
         """Forget trouble, with the next cube or after a warning; the last cubes are remembered."""
-        self.failed = self.distracted = self.tired = 0
+        self.failed = self.gave_up = self.distracted = self.tired = 0
 
     def placed(self, correct: bool) -> None:
         """Take note of a cube that the person put into a tray."""
@@ -77,8 +80,10 @@ class Counters:
     def step(self, state: str, action: str) -> None:
         """Count a step that begins now; who reaches for the cube is at work again."""
         if action == "grasp":
-            self.distracted = self.tired = 0
-        elif state == "no_attention" or action == "look_around":
+            self.gave_up = self.distracted = self.tired = 0
+            return
+        self.gave_up += self.failed > 0
+        if state == "no_attention" or action == "look_around":
             self.distracted += 1
         elif state == "tired":
             self.tired += 1
@@ -115,17 +120,17 @@ def anticipated_state(
     if fixed or action == "walk_away":
         return fixed or "needs_help"
     by_acceptance = "needs_help" if accepts >= p.wants_help else "does_not_need_help"
-    if counters.failed >= p.failures:
-        return by_acceptance
     if counters.failed:
-        return "may_not_be_capable"
+        lasts = counters.failed >= p.failures or counters.gave_up > p.stage_one
+        return by_acceptance if lasts else "may_not_be_capable"
     if action == "grasp":
         return _at_work(counters, sorting, p)
     if state == "tired":
         return "may_be_tired" if counters.tired <= p.stage_one else by_acceptance
     if state == "no_attention" or action == "look_around":
-        early = counters.distracted <= p.stage_one
-        return "may_be_distracted" if early else "needs_to_be_reminded"
+        if counters.distracted <= p.stage_one:
+            return "may_be_distracted"
+        return "needs_help" if accepts >= p.wants_help else "needs_to_be_reminded"
     return _at_work(counters, sorting, p)
 
 

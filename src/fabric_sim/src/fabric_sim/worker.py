@@ -194,7 +194,8 @@ class Worker(LoneWorker):
 
     def _refusal(self, t: float) -> float:
         origin = self._origin or origin_of(self.state, self.action, self.counters.failed)
-        return self.person.refusal(origin, t - self._distracted_since)
+        since = t if self._distracted_since is None else self._distracted_since
+        return self.person.refusal(origin, t - since)
 
     def truth(self, t: float) -> Truth:
         """Return the hidden state and its name in the robot's models."""

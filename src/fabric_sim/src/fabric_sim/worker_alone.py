@@ -47,7 +47,7 @@ class LoneWorker:
         self._events: list[WorkerEvent] = []
         self._agenda = Agenda()
         self._truth: Truth | None = None
-        self._distracted_since = 0.0
+        self._distracted_since: float | None = None  # s, while the eyes are off the work
         self._prepare("inspection")
 
     def _prepare(self, scenario: str) -> None:
@@ -61,8 +61,6 @@ class LoneWorker:
         self._events.append(WorkerEvent(t, kind, self.state, self.action, **details))
 
     def _set_state(self, state: str, t: float) -> None:
-        if state == "no_attention" and self.state != state:
-            self._distracted_since = t
         self.state = state
         self._truth = None
 
@@ -75,6 +73,10 @@ class LoneWorker:
         self._agenda.clear()
         self.action = action
         self._truth = None
+        if not self.looking_around:
+            self._distracted_since = None
+        elif self._distracted_since is None:
+            self._distracted_since = t
         if self._subtask:
             self.counters.step(self.state, action)
         self._emit(t, EventKind.STARTED_ACTION)

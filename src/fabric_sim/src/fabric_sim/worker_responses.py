@@ -12,10 +12,11 @@ from .worker_parameters import MemoryParameters, ResponseParameters
 
 
 def origin_of(state: str, action: str, failed: int) -> str:
-    """Name what the robot interrupts: a state, or `grasping`, or `trying_again` after failures."""
+    """Name what the robot interrupts: a state, `grasping`, `trying_again` after failures, or
+    `no_attention` of whoever looks around."""
     if action == "grasp":
         return "trying_again" if failed > 0 else "grasping"
-    return state
+    return "no_attention" if action == "look_around" else state
 
 
 def refusal_probability(
