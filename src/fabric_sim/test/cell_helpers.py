@@ -6,7 +6,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from fabric_msgs.msg import Cube, SortingRule, TaskState
-from fabric_sim.cell import Cell, CellConfig, CellOutput
+from fabric_sim.cell import Cell, CellConfig
+from fabric_sim.cell_output import CellOutput
 from fabric_sim.truth import Truth
 from fabric_sim.worker_events import EventKind, WorkerEvent
 

@@ -177,8 +177,8 @@ def test_a_person_who_warns_again_after_a_pause_warns_twice():
 def test_a_recognised_warning_that_nobody_gave_is_false_and_costs_nothing():
     record = Record()
     record.states(WARNS, *["evaluating"] * 12)
-    record.event(5.0, TaskEvent.WARNING, PERSON)
-    record.event(5.1, TaskEvent.WARNING, PERSON)
+    record.event(5.9, TaskEvent.WARNING, PERSON)  # 5 s after the person stopped to warn
+    record.event(6.0, TaskEvent.WARNING, PERSON)
     row = record.row()
     assert (row["warnings"], row["false_warnings"]) == (1, 1)
     assert row["discounted_reward"] == -3.0

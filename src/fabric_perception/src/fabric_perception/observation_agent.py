@@ -13,7 +13,7 @@ import genpy
 
 from fabric_msgs.msg import HeadState, HumanActivity, Observation, TaskEvent, TaskState
 from fabric_perception.parameters import ObservationParameters
-from fabric_perception.recognition import Behaviour, Recogniser
+from fabric_perception.recognition import Behaviour, Reading, Recogniser
 from fabric_perception.subtask_tracker import RESOLUTION, SubtaskTracker
 
 SUBTASK_END = (TaskEvent.SUBTASK_SUCCEEDED, TaskEvent.SUBTASK_FAILED)
@@ -69,13 +69,21 @@ class ObservationAgent:
 
         Raises ValueError when the activity is malformed or time runs backwards.
         """
+        return self.on_reading(t, self.read(activity, head), activity.evidence_age)
+
+    def read(self, activity: HumanActivity, head: HeadState) -> Reading:
+        """Return what percepts say. Raises ValueError when the activity is malformed."""
+        return self._recogniser.read(activity, head)
+
+    def on_reading(self, t: float, reading: Reading, age: float) -> list[Observation]:
+        """As `on_percepts`, of percepts that are read; age: of the gesture evidence, s."""
         before = self._recogniser.behaviour
         t = self._advance(t)
         if self._warning_told:
             self._recogniser.force_warning()
             self._warning_told = False
         hold = t < self._warning_held_until - RESOLUTION
-        self._recogniser.feed(activity, head, hold)
+        self._recogniser.take(reading, age, hold)
         now = self._recogniser.behaviour
         assert now is not None  # the recogniser believes its first percept
         failures = self._subtask.failed_attempts
@@ -83,6 +91,21 @@ class ObservationAgent:
         changed = before != now or self._subtask.failed_attempts > failures
         trigger = self._trigger(t, before, now, changed)
         return [] if trigger is None else [self._observe(t, trigger)]
+
+    @property
+    def quiet_until(self) -> float:
+        """Time in s before which percepts like the last ones bring nothing; may be past.
+
+        Valid after percepts, until the next task event.
+        """
+        if self._warning_told or not self._recogniser.settled:
+            return self._time
+        times = [self._subtask.fails_at]
+        if self._time < self._warning_held_until:
+            times.append(self._warning_held_until)
+        if self._running and self._subtask.active:
+            times.append(self._last_observation + self._parameters.same_action_timeout)
+        return min(times) - RESOLUTION
 
     def _reset(self, state: TaskState) -> None:
         self._task = state

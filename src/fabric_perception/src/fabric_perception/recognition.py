@@ -2,8 +2,7 @@
 """What the person does, believed only after percepts in a row agree."""
 
 import math
-from dataclasses import dataclass
-from typing import Any, Generic, TypeVar
+from typing import Any, Generic, NamedTuple, TypeVar
 
 from fabric_msgs.msg import HeadState, HumanActivity
 from fabric_perception.parameters import ObservationParameters
@@ -22,6 +21,11 @@ class Debounced(Generic[Value]):
         self._count = 0
         self.value: Value | None = None  # None before the first reading
 
+    @property
+    def open(self) -> bool:
+        """Whether the newest reading was another value than the one believed."""
+        return self._count > 0
+
     def feed(self, reading: Value) -> None:
         """Take one reading; the very first is believed at once."""
         if self.value is None or reading == self.value:
@@ -37,8 +41,7 @@ class Debounced(Generic[Value]):
         self.value, self._candidate, self._count = value, None, 0
 
 
-@dataclass(frozen=True)
-class Behaviour:
+class Behaviour(NamedTuple):
     """What is believed of the person: the direct observations O3..O7 of Table 6.2."""
 
     gesture: int  # HumanActivity.IDLE, GRASP, WARN or OTHER
@@ -62,42 +65,61 @@ def check_activity(activity: Any) -> None:
         raise ValueError(f"evidence_age is {activity.evidence_age}")
 
 
+class Reading(NamedTuple):
+    """What a pair of percepts of one moment says, before it is believed."""
+
+    gesture: int  # HumanActivity.IDLE, GRASP, WARN or OTHER
+    detected: bool
+    looking_around: bool | None  # None: the helmet is out of view
+
+
 class Recogniser:
-    """Hysteresis over gestures, presence and head: percepts in, one Behaviour out."""
+    """Hysteresis over gestures, presence and head: percepts in, one Behaviour out.
+
+    behaviour: what is believed now, None before the first percept. settled: whether more of the
+    newest reading would change nothing.
+    """
 
     def __init__(self, parameters: ObservationParameters) -> None:
         self._parameters = parameters
         self._gesture: Debounced[int] = Debounced(parameters.action_percepts)
         self._detected: Debounced[bool] = Debounced(parameters.detection_percepts)
         self._looking: Debounced[bool] = Debounced(parameters.head_percepts)
+        self.behaviour: Behaviour | None = None
+        self.settled = False
 
-    @property
-    def behaviour(self) -> Behaviour | None:
-        """What is believed now, None before the first percept."""
-        if self._gesture.value is None:
-            return None
-        return Behaviour(self._gesture.value, bool(self._detected.value), bool(self._looking.value))
-
-    def feed(self, activity: HumanActivity, head: HeadState, hold_warning: bool) -> None:
-        """Take a pair of percepts of one moment; `hold_warning` keeps a warning from ending.
-
-        Old gesture evidence is not used, and a helmet out of view says nothing about the head.
-        Raises ValueError when the activity is malformed.
-        """
+    def read(self, activity: HumanActivity, head: HeadState) -> Reading:
+        """Return what percepts say. Raises ValueError when the activity is malformed."""
         check_activity(activity)
-        if activity.evidence_age <= self._parameters.evidence_age_limit:
-            self._detected.feed(bool(activity.detected))
+        looking = bool(head.looking_around) if head.visible else None
+        return Reading(self._classify(activity.posterior), bool(activity.detected), looking)
+
+    def take(self, reading: Reading, age: float, hold_warning: bool) -> None:
+        """Believe a reading or not yet; `hold_warning` keeps a warning from ending.
+
+        age: of the gesture evidence, s; when it is old it is not used. A helmet out of view says
+        nothing about the head.
+        """
+        if age <= self._parameters.evidence_age_limit:
+            self._detected.feed(reading.detected)
             warned = self._gesture.value == HumanActivity.WARN
             if not (hold_warning and warned):
-                self._gesture.feed(self._classify(activity.posterior))
+                self._gesture.feed(reading.gesture)
         elif self._gesture.value is None:
             self._gesture.force(HumanActivity.OTHER)
-        if head.visible:
-            self._looking.feed(bool(head.looking_around))
+        if reading.looking_around is not None:
+            self._looking.feed(reading.looking_around)
+        self._conclude()
 
     def force_warning(self) -> None:
         """Believe that the person warns (the fast road has told so)."""
         self._gesture.force(HumanActivity.WARN)
+        self._conclude()
+
+    def _conclude(self) -> None:
+        values = (self._gesture.value, bool(self._detected.value), bool(self._looking.value))
+        self.behaviour = None if values[0] is None else Behaviour(*values)
+        self.settled = not (self._gesture.open or self._detected.open or self._looking.open)
 
     def _classify(self, posterior: tuple[float, ...]) -> int:
         best = max(range(N_GESTURES), key=lambda gesture: posterior[gesture])

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """What the observation agent remembers of the current subtask."""
 
+import math
+
 RESOLUTION = 1e-6  # s; times are compared to this resolution
 
 
@@ -60,13 +62,24 @@ class SubtaskTracker:
         if ended is not None and t - ended >= self._settling_time - RESOLUTION:
             self._fail()
 
+    @property
+    def fails_at(self) -> float:
+        """When an attempt whose outcome is open will have failed, s; else infinite."""
+        ended = self._attempt_ended
+        return math.inf if ended is None else ended + self._settling_time
+
     def elapsed(self, t: float) -> float:
         """Time since the subtask began, 0 while no cube is there."""
         return 0.0 if self._started is None else t - self._started
 
     def waiting(self, t: float) -> float:
-        """Time since the subtask began or the last warning ended, whichever is later."""
-        return 0.0 if self._waiting_since is None else t - self._waiting_since
+        """Time since the subtask began or the last warning ended, whichever is later.
+
+        0 while no cube is there or a warning lasts.
+        """
+        if self._waiting_since is None or self._warning:
+            return 0.0
+        return t - self._waiting_since
 
     def _fail(self) -> None:
         self.failed_attempts += 1

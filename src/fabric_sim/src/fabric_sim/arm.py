@@ -3,10 +3,11 @@
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import NamedTuple
 
 from fabric_dobot_driver import Goal, Joints, Limits, ToolPose, check_goal, inverse
-from fabric_dobot_driver.limits import Fault, between, check_path
+from fabric_dobot_driver.limits import Fault, Refusal, between, check_path
 from fabric_msgs.msg import MoveArmResult
 from fabric_sim.entries import Entries
 
@@ -15,6 +16,7 @@ OUTCOMES = {
     Fault.UNREACHABLE: MoveArmResult.UNREACHABLE,
 }
 JOINT_NAMES = Joints._fields
+CHECKS_KEPT = 4096  # pairs of start and goal
 SLACK = 1e-9  # s; forgives rounding when times are compared
 
 
@@ -79,9 +81,16 @@ class Arm:
     def __init__(self, parameters: ArmParameters, limits: Limits) -> None:
         self._parameters = parameters
         self._limits = limits
-        self.pose = parameters.home
         self.suction = False
+        self._pose = parameters.home  # where the last move ended or was stopped
         self._move: _Move | None = None
+        # The same few moves are asked for again and again, and the check of a line takes long.
+        self._refusal = lru_cache(CHECKS_KEPT)(self._check)
+
+    @property
+    def pose(self) -> ToolPose:
+        """Where the tool is."""
+        return self._move.pose() if self._move else self._pose
 
     @property
     def number(self) -> int | None:
@@ -102,7 +111,7 @@ class Arm:
 
     def start(self, number: int, goal: Goal) -> list[ArmResult]:
         """Take on a goal. Return what ends with it: a displaced goal, or itself when refused."""
-        refusal = check_goal(goal, self._limits) or check_path(self.pose, goal.pose, self._limits)
+        refusal = self._refusal(self.pose, goal)
         if refusal is not None:
             return [ArmResult(number, OUTCOMES[refusal.fault], refusal.reason)]
         ended = self.stop(f"goal {number} came")
@@ -115,10 +124,21 @@ class Arm:
 
     def stop(self, reason: str = "cancelled") -> list[ArmResult]:
         """Stop at once; return the result of the goal that ran, if any."""
+        self._pose = self.pose
         move, self._move = self._move, None
         if move is None or move.number == 0:
             return []
         return [ArmResult(move.number, MoveArmResult.PRE_EMPTED, reason)]
+
+    @property
+    def rest(self) -> float:
+        """Time until the running goal is reached, s; infinite without one."""
+        return self._move.duration - self._move.elapsed if self._move else math.inf
+
+    def skip(self, dt: float) -> None:
+        """Move for dt seconds, less than `rest`."""
+        if self._move:
+            self._move.elapsed = round(self._move.elapsed + dt, 6)
 
     def step(self, dt: float) -> list[ArmResult]:
         """Move for dt seconds; return the result of a goal that is reached."""
@@ -126,11 +146,13 @@ class Arm:
         if move is None:
             return []
         move.elapsed = round(move.elapsed + dt, 6)
-        self.pose = move.pose()
         if move.elapsed < move.duration - SLACK:
             return []
-        self._move = None
+        self._pose, self._move = move.pose(), None
         return [ArmResult(move.number, MoveArmResult.REACHED, "")] if move.number else []
+
+    def _check(self, start: ToolPose, goal: Goal) -> Refusal | None:
+        return check_goal(goal, self._limits) or check_path(start, goal.pose, self._limits)
 
     def _plan(self, number: int, goal: Goal) -> "_Move":
         p = self._parameters

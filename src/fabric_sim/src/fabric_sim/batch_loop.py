@@ -7,6 +7,7 @@ results = [run.run_task() for _ in range(10)]
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -17,16 +18,28 @@ import yaml
 
 import fabric_planner as fp
 from fabric_abps import Library, Selector, SelectorParameters, SignalEncoder, TrainedModels
-from fabric_msgs.msg import Decision, ModelInfo, Observation, PolicyChoice, TaskState, TypeBelief
+from fabric_msgs.msg import (
+    ConveyorState,
+    CubeArray,
+    Decision,
+    HeadState,
+    ModelInfo,
+    Observation,
+    PolicyChoice,
+    TaskState,
+    TypeBelief,
+)
 from fabric_perception.observation_agent import ObservationAgent
+from fabric_sim import reports
 from fabric_sim.batch_decider import AgentDecider, Decider
-from fabric_sim.cell import Cell, CellConfig, CellOutput
+from fabric_sim.cell import Cell, CellConfig, Moment
 from fabric_sim.staff import Staff
 from fabric_sim.worker import Worker
-from fabric_study.meter import TaskMeter
+from fabric_study.meter import TaskMeter, TrueMoment
 from fabric_study.task_manager import Counters, TaskManager
 from fabric_study.tasks import load_definition, task_seed
 
+CONVEYOR = {there: ConveyorState(cube_at_pick_point=there) for there in (False, True)}
 TICKS_LIMIT = 100_000  # of one task; more means that a rule of the task can no longer be met
 
 
@@ -123,10 +136,12 @@ class HeadlessRun:
         files: Files | None = None,
         staff: People | None = None,
         decider: Decider | None = None,
+        every_tick: bool = False,
     ) -> None:
         """staff, decider: in place of what `setup.human` and `setup.policy` say, which then are
-        only names in the results. Raises ValueError naming the word of the setup or the file that
-        cannot be used."""
+        only names in the results. every_tick: go through all ticks, also those in which nothing can
+        happen; the results are the same. Raises ValueError naming the word of the setup or the file
+        that cannot be used."""
         self.setup = setup
         files = files or Files()
         self._definition = load_definition(setup.scenario)
@@ -136,6 +151,7 @@ class HeadlessRun:
         self._observer = ObservationAgent()
         self._staff = staff or Staff(setup.human, setup.seed)
         self._cell = Cell(self._cell_config(files), self._staff.worker(1), setup.seed)
+        self._every_tick = every_tick
         self._counters = Counters()
         self._task_number = 0
         self._task_state_sent = 0
@@ -158,67 +174,85 @@ class HeadlessRun:
         seed = task_seed(self.setup.seed, self._task_number)
         self._manager = TaskManager(self._definition, self._task_number, seed, self._counters)
         self._encoder, self._codes = SignalEncoder(), []
+        self._hidden = self._sight = self._posterior = None
         self._choose(seed)
         self._decider.reset()
         self._manager.begin(self._cell.now)
         self._meter = TaskMeter(self._manager.state, self.setup.human, self.setup.policy)
         self._tell_names()
         self._publish_state()
-        for _ in range(TICKS_LIMIT):
-            if not self._cell.running:
-                break
-            self._tick(self._cell.step())
-        else:
-            raise RuntimeError(f"task {self._task_number} did not end in {TICKS_LIMIT} ticks")
+        last = self._cell.tick + TICKS_LIMIT
+        while self._cell.running:
+            if not self._every_tick:
+                self._cell.skip_to(self._next_tick())
+            self._tick(self._cell.advance())
+            if self._cell.tick > last:
+                raise RuntimeError(f"task {self._task_number} did not end in {TICKS_LIMIT} ticks")
         self._tell_type_belief()
         return TaskResult(self._meter.row(), self._meter.decisions(), self._codes)
 
     # -- one tick: the order of docs/time.md ------------------------------------------------------
 
-    def _tick(self, output: CellOutput) -> None:
-        for stimulus in output.stimuli():
+    def _next_tick(self) -> int:
+        """The next tick in which anybody can have something to do."""
+        tick = self._cell.next_tick()
+        if tick == self._cell.tick + 1:
+            return tick
+        quiet = min(self._observer.quiet_until, self._manager.quiet_until)
+        if quiet == math.inf:
+            return tick
+        return min(tick, max(int(self._cell.percept_tick_of(quiet)), self._cell.tick + 1))
+
+    def _tick(self, moment: Moment) -> None:
+        for result in moment.arm_results:
+            self._move(self._motion.on_arm_result(result.number, result.outcome, result.reason))
+            self._settle()
+        if moment.percept is None:
+            return
+        for report in (self._on_truth, self._on_belt, self._on_containers, self._on_person):
+            report(moment)
             if not self._cell.running:
                 return
-            for topic, message in stimulus.messages:
-                self._HANDLERS[topic](self, output.t, message)
-            self._settle(output)
 
-    def _on_truth(self, t: float, message: Any) -> None:
-        self._meter.on_truth(message)
+    def _on_truth(self, moment: Moment) -> None:
+        hidden = moment.hidden
+        if hidden is not self._hidden:
+            self._hidden = hidden
+            words = (hidden.state, hidden.anticipated_state, hidden.human_type)
+            self._meter.on_moment(moment.sequence, TrueMoment(moment.t, *words))
 
-    def _on_arm_result(self, t: float, result: Any) -> None:
-        self._move(self._motion.on_arm_result(result.number, result.outcome, result.reason))
+    def _on_belt(self, moment: Moment) -> None:
+        stock = self._cell.stock
+        conveyor = CONVEYOR[stock.at_pick_point is not None]
+        self._move(self._motion.on_conveyor(conveyor.cube_at_pick_point))
+        self._score(moment.t, self._manager.on_conveyor(moment.t, conveyor))
+        sight = (stock.moved, conveyor.cube_at_pick_point, stock.belt.speed)
+        if sight != self._sight:
+            self._sight = sight
+            self._move(self._motion.on_cubes(CubeArray(cubes=reports.plain_cubes(stock.seen()))))
+        self._settle()
 
-    def _on_conveyor(self, t: float, message: Any) -> None:
-        self._move(self._motion.on_conveyor(message.cube_at_pick_point))
-        self._score(t, self._manager.on_conveyor(t, message))
+    def _on_containers(self, moment: Moment) -> None:
+        if moment.containers is not None:
+            self._score(moment.t, self._manager.on_containers(moment.t, moment.containers))
+            self._settle()
 
-    def _on_cubes(self, t: float, message: Any) -> None:
-        self._move(self._motion.on_cubes(message))
-
-    def _on_containers(self, t: float, message: Any) -> None:
-        self._score(t, self._manager.on_containers(t, message))
-
-    def _on_warning(self, t: float, message: Any) -> None:
-        self._move(self._motion.on_warning())
-        self._score(t, self._manager.on_warning(t))
-
-    def _on_activity(self, t: float, message: Any) -> None:
-        self._activity = message
-
-    def _on_head(self, t: float, message: Any) -> None:
-        self._decide(t, self._observer.on_percepts(t, self._activity, message))
-
-    _HANDLERS = {
-        "truth": _on_truth,
-        "arm/move/result": _on_arm_result,
-        "conveyor/state": _on_conveyor,
-        "cell/cubes": _on_cubes,
-        "cell/containers": _on_containers,
-        "human/warning": _on_warning,
-        "human/activity": _on_activity,
-        "human/head": _on_head,
-    }
+    def _on_person(self, moment: Moment) -> None:
+        percept = moment.percept
+        if percept.warning:
+            self._move(self._motion.on_warning())
+            self._score(moment.t, self._manager.on_warning(moment.t))
+            self._settle()
+        if percept.posterior is not self._posterior:
+            self._posterior = percept.posterior
+            head = HeadState(
+                visible=percept.behaviour.present,
+                looking_around=percept.behaviour.present and percept.behaviour.looking_around,
+            )
+            self._reading = self._observer.read(reports.activity(moment.t, percept), head)
+        age = reports.single(percept.evidence_age)
+        self._decide(moment.t, self._observer.on_reading(moment.t, self._reading, age))
+        self._settle()
 
     # -- consequences -----------------------------------------------------------------------------
 
@@ -249,7 +283,7 @@ class HeadlessRun:
         for command in commands:
             self._cell.command(command)
 
-    def _settle(self, output: CellOutput) -> None:
+    def _settle(self) -> None:
         """What has changed becomes known: the robot's state to the person, the task to all."""
         if self._counters.states != self._task_state_sent:
             self._publish_state()

@@ -7,6 +7,7 @@ from fabric_sim.geometry import BeltShape
 
 MAX_SPEED = 0.12  # m/s, of the Dobot's belt
 NEAR = 1e-9  # m; two places that differ by less are the same
+STEP_SLACK = 1e-6  # steps; forgives rounding when a way is counted in steps
 
 
 def check_speed(speed: float) -> None:
@@ -28,6 +29,7 @@ class Belt:
         self._places: dict[int, float] = {}
         self._commanded = 0.0
         self._ignore_sensor = False
+        self._blocking: int | None = None
 
     def load(self, cubes: list[int]) -> None:
         """Clear the belt, stop it and fill the feeder."""
@@ -35,6 +37,7 @@ class Belt:
         self._places = {}
         self._commanded = 0.0
         self._ignore_sensor = False
+        self._blocking = None
 
     def command(self, speed: float, ignore_sensor: bool) -> None:
         """Run at `speed` m/s, forwards; 0 stops. Raises ValueError as check_speed."""
@@ -55,13 +58,12 @@ class Belt:
     @property
     def at_pick_point(self) -> int | None:
         """The cube that interrupts the light barrier, the foremost if several do."""
-        blocking = [(x, cube) for cube, x in self._places.items() if self._in_beam(x)]
-        return max(blocking)[1] if blocking else None
+        return self._blocking
 
     @property
     def speed(self) -> float:
         """Speed at which the belt runs now, m/s."""
-        held = self.at_pick_point is not None and not self._ignore_sensor
+        held = self._blocking is not None and not self._ignore_sensor
         return 0.0 if held else self._commanded
 
     def step(self, dt: float) -> list[int]:
@@ -75,17 +77,46 @@ class Belt:
         fallen = [cube for cube, x in self._places.items() if x > self._shape.end]
         for cube in fallen:
             del self._places[cube]
+        self._look()
         return fallen
+
+    def quiet_steps(self, dt: float) -> float:
+        """Steps of dt seconds that only carry cubes along: nothing is fed, seen, lost or falls.
+
+        Infinite while the belt stands; rather one too few than one too many.
+        """
+        advance = self.speed * dt
+        if advance == 0.0:
+            return math.inf
+        ways = [self._to_next_mark(x) for x in self._places.values()]
+        if self._waiting:
+            last = min(self._places.values(), default=self._shape.feeder + self._shape.spacing)
+            ways.append(self._shape.feeder + self._shape.spacing - last)
+        if not ways:
+            return math.inf
+        return max(0, math.ceil(min(ways) / advance - STEP_SLACK) - 1)
+
+    def skip(self, steps: int, dt: float) -> None:
+        """Do as many steps as `quiet_steps` allows at once, adding up as `step` does."""
+        advance = self.speed * dt
+        if advance == 0.0:
+            return
+        for cube, x in self._places.items():
+            for _ in range(steps):
+                x += advance
+            self._places[cube] = x
 
     def take(self, cube: int) -> None:
         """Take a cube off. Raises KeyError when it is not on the belt."""
         del self._places[cube]
+        self._look()
 
     def put(self, cube: int, x: float) -> bool:
         """Put a cube down at x m, or at the nearest place where it fits; False when none does."""
         free = self._free()
         if free:
             self._places[cube] = min(free, key=lambda place: (abs(place - x), place))
+            self._look()
         return bool(free)
 
     def _advance(self, advance: float) -> float:
@@ -107,6 +138,17 @@ class Belt:
         grid = (1e-3 * i for i in range(first, last + 1))
         others = self._places.values()
         return [x for x in grid if all(abs(x - other) >= clear - NEAR for other in others)]
+
+    def _look(self) -> None:
+        """What the light barrier sees."""
+        blocking = [(x, cube) for cube, x in self._places.items() if self._in_beam(x)]
+        self._blocking = max(blocking)[1] if blocking else None
+
+    def _to_next_mark(self, x: float) -> float:
+        """Way from x m to where a cube comes into the beam, leaves it or falls off the end."""
+        if x < -NEAR:
+            return -x
+        return (self._shape.edge if x <= self._shape.edge else self._shape.end) - x
 
     def _in_beam(self, x: float) -> bool:
         return -NEAR <= x <= self._shape.edge

@@ -11,30 +11,18 @@
 The same object stands behind the ROS node and in the headless runner.
 """
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+import math
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NamedTuple
-
-from std_msgs.msg import Header
+from typing import Any
 
 from fabric_dobot_driver import Goal, Limits, load_limits
-from fabric_msgs.msg import (
-    Container,
-    ContainerArray,
-    ConveyorState,
-    Cube,
-    CubeArray,
-    GroundTruth,
-    HeadState,
-    HumanActivity,
-    RobotActionState,
-    TaskState,
-)
+from fabric_msgs.msg import Container, ContainerArray, HumanActivity, RobotActionState, TaskState
 from fabric_sim import reports
 from fabric_sim.arm import Arm, ArmParameters, ArmResult, goal_of, load_arm
 from fabric_sim.belt import check_speed
 from fabric_sim.body import BodyMotion
+from fabric_sim.cell_output import CellOutput, Stimulus, output_of
 from fabric_sim.character import named_generator
 from fabric_sim.commands import Commands
 from fabric_sim.geometry import CellGeometry, Point, Tray, load_geometry
@@ -48,6 +36,7 @@ from fabric_sim.sensing import (
     load_sensing,
 )
 from fabric_sim.stock import CubeState, Deposit, Place, Stock
+from fabric_sim.truth import Truth
 from fabric_sim.worker_events import (
     HELD_BY_NOBODY,
     HELD_BY_PERSON,
@@ -57,6 +46,8 @@ from fabric_sim.worker_events import (
     WorkerEvent,
     WorldView,
 )
+
+__all__ = ["TICK", "Cell", "CellConfig", "CellOutput", "Moment", "Stimulus"]
 
 TICK = 0.05  # s
 PERCEPT_TICKS = 2  # sensors report at every second tick, 10 Hz
@@ -68,6 +59,12 @@ ACTIVITY = {
     "walk_away": HumanActivity.OTHER,
 }
 EPISODES = ("grasp", "warn")  # each new one is recognised anew
+IN_HAND = WorldView(False, HELD_BY_PERSON)
+AT_CUP = WorldView(False, HELD_BY_ROBOT)
+WAITING = WorldView(True, HELD_BY_NOBODY)
+NOT_THERE = WorldView(False, HELD_BY_NOBODY)
+FAR = 1000  # ticks to pass at most when nothing is in sight
+TICK_SLACK = 1e-6  # ticks; forgives rounding when a time is counted in ticks
 RUNNING = (TaskState.SHOWING_RULES, TaskState.RUNNING)
 
 
@@ -87,38 +84,16 @@ class CellConfig:
         return cls(load_geometry(cell), load_arm(arm), load_limits(limits), load_sensing(sensing))
 
 
-class Stimulus(NamedTuple):
-    """Messages that reach the graph together: pairs of topic and message."""
-
-    messages: tuple[tuple[str, Any], ...]
-
-
 @dataclass
-class CellOutput:
-    """What a tick brought; None or empty where it brought nothing."""
+class Moment:
+    """What a tick brought. Everything but the arm's results is there when the sensors report."""
 
     t: float  # s
-    truth: GroundTruth | None = None
-    arm_results: list[ArmResult] = field(default_factory=list)
-    conveyor: ConveyorState | None = None
-    cubes: CubeArray | None = None
-    containers: ContainerArray | None = None
-    warning: Header | None = None
-    activity: HumanActivity | None = None
-    head: HeadState | None = None
-
-    def stimuli(self) -> list[Stimulus]:
-        """The messages in the order of docs/time.md, together what is handed on together."""
-        groups = (
-            [("truth", self.truth)],
-            [("arm/move/result", result) for result in self.arm_results],
-            [("conveyor/state", self.conveyor), ("cell/cubes", self.cubes)],
-            [("cell/containers", self.containers)],
-            [("human/warning", self.warning)],
-            [("human/activity", self.activity), ("human/head", self.head)],
-        )
-        filled = [tuple(pair for pair in group if pair[1] is not None) for group in groups]
-        return [Stimulus(messages) for messages in filled if messages]
+    arm_results: list[ArmResult]
+    percept: Percept | None = None  # of the person
+    hidden: Truth | None = None  # the person's true state
+    sequence: int = 0  # number of the report
+    containers: ContainerArray | None = None  # when a load cell has settled
 
 
 class Cell:
@@ -134,7 +109,10 @@ class Cell:
         self._config = config
         self._seed = seed
         self._tick = 0
+        self._stirred = True  # something was said since the last tick, or to the worker in it
+        self._viewed = NOT_THERE  # by the person in the last tick
         self._commands = Commands()
+        self._stirred = True
         self._robot = RobotView()
         self._truths = 0
         self._container_changes = 0
@@ -146,6 +124,7 @@ class Cell:
 
     def on_task(self, task: TaskState) -> None:
         """Start a task that shows its rules, note that it runs, end it when it is over."""
+        self._stirred = True
         fresh = task.task_id != self.task.task_id
         if self.running and (fresh or task.status not in RUNNING):
             self.worker.end_task(self.now, task.status == TaskState.SUCCEEDED)
@@ -202,6 +181,7 @@ class Cell:
 
     def on_robot_state(self, state: RobotActionState) -> None:
         """Let the person see what the robot does."""
+        self._stirred = True
         self._robot = RobotView(state.current, state.phase)
 
     # -- what it says ---------------------------------------------------------------------------
@@ -214,7 +194,7 @@ class Cell:
     @property
     def now(self) -> float:
         """Simulated time, s."""
-        return round(self._tick * TICK, 6)
+        return _time_of(self._tick)
 
     @property
     def running(self) -> bool:
@@ -227,19 +207,74 @@ class Cell:
         return self.geometry.arm.to_cell(Point(*self.arm.pose[:3]))
 
     def step(self) -> CellOutput:
-        """Advance by one tick."""
+        """Advance by one tick; report as the devices do."""
+        moment = self.advance()
+        hand = self._hand_target() if self.stock.held_by_person else None
+        self.body.step(TICK, self._behaviour(), self.worker.action == "walk_away", hand)
+        return output_of(self, moment)
+
+    def advance(self) -> Moment:
+        """Advance by one tick, for those who need no messages and do not look at the body."""
         self._tick += 1
+        self._stirred = False
         t = self.now
-        output = CellOutput(t)
-        output.arm_results = self._move_arm(t)
+        moment = Moment(t, self._move_arm(t))
         self.stock.run(t, TICK)
-        self._step_worker(t)
+        self._viewed = self._view()
+        for event in self.worker.step(t, self._robot, self._viewed):
+            self._on_worker_event(t, event)
         for deposit in self.stock.take_deposits():
             self._on_deposit(t, deposit)
         self._assign(t)
         if self._tick % PERCEPT_TICKS == 0:
-            self._perceive(t, output)
-        return output
+            self._perceive(t, moment)
+        return moment
+
+    # -- ticks in which nothing happens ---------------------------------------------------------
+
+    @property
+    def tick(self) -> int:
+        """Number of the present tick."""
+        return self._tick
+
+    def next_tick(self) -> int:
+        """The next tick in which anything can happen in the cell if nobody tells it anything.
+
+        Rather too early than too late. The sensors always report after a tick that they missed.
+        """
+        soon = self._tick + 1
+        if self._stirred or self._tick % PERCEPT_TICKS or self._commands.any:
+            return soon
+        if self._view() != self._viewed or (self.arm.suction and not self.stock.held_by_robot):
+            return soon
+        ends = min(self.worker.next_wakeup, self.now + self.arm.rest, self.stock.tidy_at)
+        sensed = min(self._person_sensor.wakeup, self._load_cells.wakeup)
+        moves = self._tick + 1 + self.stock.belt.quiet_steps(TICK)
+        ticks = (self.tick_of(ends), self.percept_tick_of(sensed), moves, soon + FAR)
+        return max(soon, int(min(ticks)))
+
+    def skip_to(self, tick: int) -> None:
+        """Let the ticks before `tick` pass, which is not later than `next_tick`."""
+        passed = tick - 1 - self._tick
+        if passed <= 0:
+            return
+        self.arm.skip(passed * TICK)
+        self.stock.belt.skip(passed, TICK)
+        last = (tick - 1) // PERCEPT_TICKS  # report that is left out
+        if last > self._tick // PERCEPT_TICKS:
+            self._truths += last - self._tick // PERCEPT_TICKS
+            self._person_sensor.pass_time(_time_of(last * PERCEPT_TICKS))
+        self._tick = tick - 1
+
+    @staticmethod
+    def tick_of(t: float) -> float:
+        """The first tick not before time t (s); infinite when that is."""
+        return math.ceil(t / TICK - TICK_SLACK) if t < math.inf else t
+
+    @staticmethod
+    def percept_tick_of(t: float) -> float:
+        """The first tick not before time t (s) in which the sensors report."""
+        return PERCEPT_TICKS * Cell.tick_of(t / PERCEPT_TICKS)
 
     # -- one tick -------------------------------------------------------------------------------
 
@@ -258,30 +293,26 @@ class Cell:
         self.body.reset()
 
     def _move_arm(self, t: float) -> list[ArmResult]:
-        commands, self._commands = self._commands, Commands()
-        results = commands.apply(self.arm, self.stock.belt)
+        results = []
+        if self._commands.any:
+            commands, self._commands = self._commands, Commands()
+            results = commands.apply(self.arm, self.stock.belt)
         results += self.arm.step(TICK)
-        if self.arm.suction:
+        held = self.stock.held_by_robot
+        if self.arm.suction and not held:
             p = self._config.arm
             self.stock.cup_takes(self.cup, p.suction_lateral, p.suction_vertical)
-        else:
+        elif held and not self.arm.suction:
             self.stock.cup_drops(t, self.cup)
         return results
-
-    def _step_worker(self, t: float) -> None:
-        for event in self.worker.step(t, self._robot, self._view()):
-            self._on_worker_event(t, event)
-        behaviour = self._behaviour()
-        hand = self._hand_target() if self.stock.held_by_person else None
-        self.body.step(TICK, behaviour, self.worker.action == "walk_away", hand)
 
     def _view(self) -> WorldView:
         """What the person sees. A cube waits for the person only while both hands are free."""
         if self.stock.held_by_person:
-            return WorldView(False, HELD_BY_PERSON)
+            return IN_HAND
         if self.stock.held_by_robot:
-            return WorldView(False, HELD_BY_ROBOT)
-        return WorldView(self.stock.at_pick_point is not None, HELD_BY_NOBODY)
+            return AT_CUP
+        return WAITING if self.stock.belt.at_pick_point is not None else NOT_THERE
 
     def _on_worker_event(self, t: float, event: WorkerEvent) -> None:
         if event.kind is EventKind.PICKED_CUBE:
@@ -298,6 +329,7 @@ class Cell:
         self._load_cells.put(t, tray.id, tray.owner, cube.id)
         if cube.id == self._subtask:
             self._subtask = None
+            self._stirred = True
             by_person = tray.owner == Container.OWNER_PERSON
             self.worker.end_subtask(t, self._fits(cube, tray), by_person)
 
@@ -311,12 +343,15 @@ class Cell:
         A cube put back behind another one loses its turn, but not while the person still argues
         about it with the robot.
         """
+        if self.task.status != TaskState.RUNNING:
+            return
         cube = self.stock.in_play
-        if self.task.status != TaskState.RUNNING or cube is None or cube.id == self._subtask:
+        if cube is None or cube.id == self._subtask:
             return
         arguing = self.worker.action == "warn" or cube.place in (Place.PERSON, Place.ROBOT)
         if self._subtask is None or not arguing:
             self._subtask = cube.id
+            self._stirred = True
             self.worker.start_subtask(t, cube.colour)
 
     def _behaviour(self) -> Behaviour:
@@ -329,20 +364,12 @@ class Cell:
 
     # -- sensors --------------------------------------------------------------------------------
 
-    def _perceive(self, t: float, output: CellOutput) -> None:
-        percept = self._person_sensor.sense(t, self._behaviour(), self._episode)
+    def _perceive(self, t: float, moment: Moment) -> None:
         self._truths += 1
-        hidden = self.worker.truth(t)
-        output.truth = reports.truth(t, self._truths, self.task.task_id, hidden)
-        output.conveyor = reports.conveyor(t, self.stock)
-        output.cubes = reports.cubes(t, self._visible_cubes())
-        output.containers = self._read_load_cells(t)
-        self._report_person(t, percept, output)
-
-    def _report_person(self, t: float, percept: Percept, output: CellOutput) -> None:
-        output.warning = reports.header(t) if percept.warning else None
-        output.activity = reports.activity(t, percept)
-        output.head = reports.head(t, percept, self.body)
+        moment.sequence = self._truths
+        moment.percept = self._person_sensor.sense(t, self._behaviour(), self._episode)
+        moment.hidden = self.worker.truth(t)
+        moment.containers = self._read_load_cells(t)
 
     def _read_load_cells(self, t: float) -> ContainerArray | None:
         for container, cube in self._load_cells.settled(t):
@@ -354,36 +381,6 @@ class Cell:
         self._container_changes += 1
         return reports.containers(t, self._container_changes, self.stock, self._contents)
 
-    def _visible_cubes(self) -> list[tuple[CubeState, int, Point]]:
-        places = self.stock.belt.places
-        lying = self._lying()
-        seen = []
-        for cube in self.stock.cubes.values():
-            if cube.place is Place.BELT:
-                stands = cube is self.stock.at_pick_point and self.stock.belt.speed == 0.0
-                where = Cube.WHERE_PICK_POINT if stands else Cube.WHERE_BELT
-                seen.append((cube, where, self._on_belt(places[cube.id])))
-            elif cube.place is Place.PERSON:
-                seen.append((cube, Cube.WHERE_PERSON, self.body.hand))
-            elif cube.place is Place.ROBOT:
-                hanging = Point(self.cup.x, self.cup.y, self.cup.z - self._half)
-                seen.append((cube, Cube.WHERE_ROBOT, hanging))
-            elif cube.place is Place.CONTAINER:
-                seen.append((cube, Cube.WHERE_CONTAINER, lying[cube.id]))
-        return seen
 
-    def _lying(self) -> Mapping[int, Point]:
-        """Places of the cubes in containers, m in the cell."""
-        places = {}
-        for tray in self.stock.trays:
-            inside = [c.id for c in self.stock.cubes.values() if c.container == tray.id]
-            for i, cube in enumerate(inside):
-                places[cube] = tray.slot(i, self.geometry.edge)
-        return places
-
-    def _on_belt(self, x: float) -> Point:
-        return self.geometry.conveyor.to_cell(Point(x, 0.0, self._half))
-
-    @property
-    def _half(self) -> float:
-        return self.geometry.edge / 2
+def _time_of(tick: int) -> float:
+    return round(tick * TICK, 6)

@@ -4,6 +4,7 @@
 They see the truth through a model of their errors. Every object draws from a generator of its own.
 """
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
@@ -56,6 +57,14 @@ class _Stretch(NamedTuple):
     taken_for: Behaviour
     certainty: float
 
+    def posterior(self) -> tuple[float, ...]:
+        """(4,), indexed by HumanActivity's constants, sums to 1."""
+        if not self.taken_for.present:
+            return (1.0 / ACTIVITIES,) * ACTIVITIES
+        rest = (1.0 - self.certainty) / (ACTIVITIES - 1)
+        believed = self.taken_for.activity
+        return tuple(self.certainty if i == believed else rest for i in range(ACTIVITIES))
+
 
 class PersonSensor:
     """Recognises behaviour late, and each stretch of it right or wrong as a whole."""
@@ -65,6 +74,7 @@ class PersonSensor:
         self._rng = rng
         self._actual: tuple[Behaviour, int] | None = None
         self._shown: _Stretch | None = None
+        self._posterior: tuple[float, ...] = ()  # of what is shown
         self._coming: list[_Stretch] = []
         self._seen = 0.0
 
@@ -77,12 +87,20 @@ class PersonSensor:
             self._actual = (behaviour, episode)
             self._begin(t, behaviour)
         warning = self._recognise(t)
-        shown = self._shown
-        assert shown is not None
-        if shown.taken_for.present:
-            self._seen = t
+        self.pass_time(t)
+        assert self._shown is not None
         age = round(t - self._seen, 6)
-        return Percept(shown.taken_for, self._posterior(shown), age, warning)
+        return Percept(self._shown.taken_for, self._posterior, age, warning)
+
+    def pass_time(self, t: float) -> None:
+        """The same is recognised until time t (s)."""
+        if self._shown is not None and self._shown.taken_for.present:
+            self._seen = t
+
+    @property
+    def wakeup(self) -> float:
+        """When something else is recognised of a person who goes on alike, s; else infinite."""
+        return self._coming[0].recognised if self._coming else math.inf
 
     def _begin(self, t: float, behaviour: Behaviour) -> None:
         delay = self._rng.uniform(*self._parameters.delay)
@@ -90,7 +108,8 @@ class PersonSensor:
             t + delay, self._confuse(behaviour), self._rng.uniform(*self._parameters.certainty)
         )
         if self._shown is None:
-            self._shown, self._seen = stretch, t
+            self._show(stretch)
+            self._seen = t
         else:
             self._coming.append(stretch)
 
@@ -98,9 +117,13 @@ class PersonSensor:
         """Go on to what is due; True when that includes a new warning."""
         warning = False
         while self._coming and self._coming[0].recognised <= t + SLACK:
-            self._shown = self._coming.pop(0)
-            warning |= self._shown.taken_for.activity == HumanActivity.WARN
+            stretch = self._coming.pop(0)
+            self._show(stretch)
+            warning |= stretch.taken_for.activity == HumanActivity.WARN
         return warning
+
+    def _show(self, stretch: _Stretch) -> None:
+        self._shown, self._posterior = stretch, stretch.posterior()
 
     def _confuse(self, behaviour: Behaviour) -> Behaviour:
         """The behaviour, or with the probability `confusion` what it is mistaken for."""
@@ -112,13 +135,6 @@ class PersonSensor:
         if swap < self._parameters.swap_share:
             return behaviour._replace(activity=SWAPPED[behaviour.activity])
         return behaviour._replace(activity=HumanActivity.IDLE)
-
-    def _posterior(self, stretch: _Stretch) -> tuple[float, ...]:
-        if not stretch.taken_for.present:
-            return (1.0 / ACTIVITIES,) * ACTIVITIES
-        rest = (1.0 - stretch.certainty) / (ACTIVITIES - 1)
-        believed = stretch.taken_for.activity
-        return tuple(stretch.certainty if i == believed else rest for i in range(ACTIVITIES))
 
 
 class ColourSensor:
@@ -151,8 +167,15 @@ class LoadCells:
         settled = t + self._rng.uniform(*self._parameters.settle[owner])
         self._settling.append((settled, container, cube))
 
+    @property
+    def wakeup(self) -> float:
+        """When the next container is reported, s; infinite when none is settling."""
+        return min((settled for settled, _, _ in self._settling), default=math.inf)
+
     def settled(self, t: float) -> list[tuple[int, int]]:
         """(container, cube) of everything reported by time t, in the order of settling."""
+        if self.wakeup > t + SLACK:
+            return []
         due = sorted(entry for entry in self._settling if entry[0] <= t + SLACK)
         self._settling = [entry for entry in self._settling if entry[0] > t + SLACK]
         return [(container, cube) for _, container, cube in due]

@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The cubes of a task: each is in exactly one place, and only the methods here move it."""
 
+import math
 from dataclasses import dataclass
 from enum import Enum
 from typing import NamedTuple
 
-from fabric_msgs.msg import Container
+from fabric_msgs.msg import Container, Cube
 from fabric_sim.belt import Belt
 from fabric_sim.geometry import CellGeometry, Point, Tray
 
@@ -19,6 +20,14 @@ class Place(Enum):
     ROBOT = "robot"
     CONTAINER = "container"
     FLOOR = "floor"
+
+
+WHERE = {
+    Place.BELT: Cube.WHERE_BELT,
+    Place.PERSON: Cube.WHERE_PERSON,
+    Place.ROBOT: Cube.WHERE_ROBOT,
+    Place.CONTAINER: Cube.WHERE_CONTAINER,
+}
 
 
 @dataclass
@@ -51,6 +60,8 @@ class Stock:
         self.belt = Belt(geometry.belt)
         self.trays: tuple[Tray, ...] = ()
         self.cubes: dict[int, CubeState] = {}
+        self.moved = 0  # counts the changes of place
+        self._held: dict[Place, CubeState | None] = {}
         self._floor: list[tuple[float, int]] = []
         self._deposits: list[Deposit] = []
 
@@ -58,6 +69,8 @@ class Stock:
         """Take everything away and fill the feeder with new cubes."""
         self.trays = trays
         self.cubes = {cube.id: cube for cube in cubes}
+        self.moved += 1
+        self._held = {Place.PERSON: None, Place.ROBOT: None}
         self._floor = []
         self._deposits = []
         self.belt.load([cube.id for cube in cubes])
@@ -67,12 +80,12 @@ class Stock:
     @property
     def held_by_person(self) -> CubeState | None:
         """The cube in the person's hand."""
-        return self._only(Place.PERSON)
+        return self._held.get(Place.PERSON)
 
     @property
     def held_by_robot(self) -> CubeState | None:
         """The cube at the suction cup."""
-        return self._only(Place.ROBOT)
+        return self._held.get(Place.ROBOT)
 
     @property
     def at_pick_point(self) -> CubeState | None:
@@ -92,14 +105,36 @@ class Stock:
         waiting = self.belt.waiting
         return self.cubes[waiting[0]] if waiting else None
 
+    def seen(self) -> list[tuple[CubeState, int]]:
+        """Every cube in view and where a camera would say it is, Cube.WHERE_*."""
+        stands = self.at_pick_point if self.belt.speed == 0.0 else None
+        return [
+            (cube, Cube.WHERE_PICK_POINT if cube is stands else WHERE[cube.place])
+            for cube in self.cubes.values()
+            if cube.place in WHERE
+        ]
+
     # -- what moves them ------------------------------------------------------------------------
 
     def run(self, t: float, dt: float) -> None:
         """Run the belt for dt seconds up to time t; tidy the floor."""
+        if self.belt.speed != 0.0:
+            self._run_belt(dt)
+        if self._floor:
+            self._tidy(t)
+
+    @property
+    def tidy_at(self) -> float:
+        """When the next cube is taken off the floor, s; infinite without one."""
+        return min((fell for fell, _ in self._floor), default=math.inf) + self._floor_time
+
+    def _run_belt(self, dt: float) -> None:
         for cube in self.belt.step(dt):
             self._deposit(self.cubes[cube], self._belt_box())
         for cube in self.belt.places:
-            self.cubes[cube].place = Place.BELT
+            self._move(self.cubes[cube], Place.BELT)
+
+    def _tidy(self, t: float) -> None:
         due = [cube for fell, cube in self._floor if t - fell >= self._floor_time]
         self._floor = [(fell, cube) for fell, cube in self._floor if cube not in due]
         for cube in due:
@@ -161,28 +196,36 @@ class Stock:
         deposits, self._deposits = self._deposits, []
         return deposits
 
-    def _only(self, place: Place) -> CubeState | None:
-        return next((cube for cube in self.cubes.values() if cube.place is place), None)
+    def _move(self, cube: CubeState, place: Place) -> None:
+        if cube.place is place:
+            return
+        if cube.place in self._held:
+            self._held[cube.place] = None
+        if place in self._held:
+            self._held[place] = cube
+        cube.place = place
+        self.moved += 1
 
     def _take(self, cube: CubeState | None, place: Place) -> bool:
-        if cube is None or self._only(place) is not None:
+        if cube is None or self._held[place] is not None:
             return False
         self.belt.take(cube.id)
-        cube.place = place
+        self._move(cube, place)
         return True
 
     def _put_on_belt(self, t: float, cube: CubeState, x: float) -> None:
         if self.belt.put(cube.id, x):
-            cube.place = Place.BELT
+            self._move(cube, Place.BELT)
         else:
             self._to_floor(t, cube)
 
     def _to_floor(self, t: float, cube: CubeState) -> None:
-        cube.place = Place.FLOOR
+        self._move(cube, Place.FLOOR)
         self._floor.append((t, cube.id))
 
     def _deposit(self, cube: CubeState, tray: Tray) -> None:
-        cube.place, cube.container = Place.CONTAINER, tray.id
+        self._move(cube, Place.CONTAINER)
+        cube.container = tray.id
         self._deposits.append(Deposit(cube, tray))
 
     def _belt_box(self) -> Tray:

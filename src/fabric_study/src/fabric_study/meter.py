@@ -5,10 +5,12 @@ Messages of different topics may arrive in any order: the meter keeps what it is
 order by the stamps when the row is asked for.
 """
 
+import math
 from bisect import bisect_left, bisect_right
 from collections import deque
 from collections.abc import Sequence
 from pathlib import PurePath
+from typing import NamedTuple
 
 from fabric_msgs.msg import (
     Decision,
@@ -71,6 +73,15 @@ def policy_name(policy: str) -> str:
     return path.stem if path.suffix.lower() in MODEL_SUFFIXES else policy
 
 
+class TrueMoment(NamedTuple):
+    """What the meter needs of a GroundTruth."""
+
+    t: float  # s
+    state: str
+    word: str  # anticipated_state
+    human: str  # human_type
+
+
 class TaskMeter:
     """Meter of one task; messages of other tasks are ignored."""
 
@@ -87,7 +98,7 @@ class TaskMeter:
         self._observations: dict[int, Observation] = {}
         self._decisions: dict[int, Decision] = {}
         self._events: dict[int, TaskEvent] = {}
-        self._truths: dict[int, GroundTruth] = {}
+        self._truths: dict[int, TrueMoment] = {}
         self._states: dict[str, list[str]] = {}
 
     def on_state(self, state: TaskState) -> None:
@@ -127,7 +138,14 @@ class TaskMeter:
     def on_truth(self, truth: GroundTruth) -> None:
         """Take the simulated person's hidden state."""
         if self._mine(truth):
-            self._truths[truth.sequence] = truth
+            moment = TrueMoment(
+                to_seconds(truth), truth.state, truth.anticipated_state, truth.human_type
+            )
+            self.on_moment(truth.sequence, moment)
+
+    def on_moment(self, sequence: int, moment: TrueMoment) -> None:
+        """As `on_truth`; moments like the one before need not be told."""
+        self._truths[sequence] = moment
 
     def complete(self) -> bool:
         """Say whether everything that belongs to the ended task is there.
@@ -222,7 +240,7 @@ class TaskMeter:
         events = [self._events[sequence] for sequence in sorted(self._events)]
         return [event for event in events if event.kind in END_OF_SUBTASK]
 
-    def _ordered_truths(self) -> list[GroundTruth]:
+    def _ordered_truths(self) -> list[TrueMoment]:
         return [self._truths[sequence] for sequence in sorted(self._truths)]
 
     def _warning_stamps(self) -> list[float]:
@@ -234,13 +252,20 @@ class TaskMeter:
         """
         if not self._truths:
             return self._recognised_warnings()
-        stamps, before = [], False
-        for truth in self._ordered_truths():
-            warns = truth.state == WARNING_STATE
+        return [began for began, _ in self._given_warnings()]
+
+    def _given_warnings(self) -> list[tuple[float, float]]:
+        """Begin and end of every warning that the person gave, s; an open end is infinite."""
+        spans: list[tuple[float, float]] = []
+        before = False
+        for moment in self._ordered_truths():
+            warns = moment.state == WARNING_STATE
             if warns and not before:
-                stamps.append(to_seconds(truth))
+                spans.append((moment.t, math.inf))
+            elif before and not warns:
+                spans[-1] = (spans[-1][0], moment.t)
             before = warns
-        return stamps
+        return spans
 
     def _recognised_warnings(self) -> list[float]:
         events = [self._events[sequence] for sequence in sorted(self._events)]
@@ -253,9 +278,9 @@ class TaskMeter:
         """
         if not self._truths:
             return None
-        given = [to_seconds(t) for t in self._truths.values() if t.state == WARNING_STATE]
+        given = self._given_warnings()
         return sum(
-            not any(t - WARNING_MEMORY <= stamp <= t for stamp in given)
+            not any(began <= t < ended + WARNING_MEMORY for began, ended in given)
             for t in self._recognised_warnings()
         )
 
@@ -287,7 +312,7 @@ class TaskMeter:
     def _human_name(self) -> str:
         if not self._truths:
             return self._human
-        return str(self._truths[min(self._truths)].human_type)
+        return self._truths[min(self._truths)].human
 
     def _accuracy(self, stage: Sequence[str]) -> float | None:
         """Share of decisions whose most likely state was the truth, while the truth was in `stage`.
@@ -296,7 +321,7 @@ class TaskMeter:
         sight of the task and at its end: nothing has been seen yet, or nothing is left to infer.
         """
         truths = self._ordered_truths()
-        stamps = [to_seconds(truth) for truth in truths]
+        stamps = [truth.t for truth in truths]
         right = judged = 0
         for sequence, decision in self._decisions.items():
             names = self._states.get(decision.model_hash, [])
@@ -304,10 +329,10 @@ class TaskMeter:
             if observation is None or not set(names) & set(stage) or _at_border(observation):
                 continue
             index = bisect_right(stamps, to_seconds(observation)) - 1
-            if index < 0 or truths[index].anticipated_state not in stage:
+            if index < 0 or truths[index].word not in stage:
                 continue
             judged += 1
-            right += names[_arg_max(decision.belief)] == truths[index].anticipated_state
+            right += names[_arg_max(decision.belief)] == truths[index].word
         return _ratio(right, judged)
 
 

@@ -14,7 +14,10 @@ Thesis Fig. 6.3. A task walks through these phases; each has a time limit, count
 
 import copy
 import enum
+import math
 from dataclasses import dataclass
+
+from std_msgs.msg import Header
 
 from fabric_msgs.msg import (
     Container,
@@ -90,7 +93,9 @@ class TaskManager:
     @property
     def state(self) -> TaskState:
         """A copy of the task as it is now; its sequence has risen when anything changed."""
-        return copy.deepcopy(self._state)
+        state = copy.copy(self._state)  # its header and rules are never changed, only replaced
+        state.rules, state.cube_colours = list(state.rules), list(state.cube_colours)
+        return state
 
     @property
     def belt_command(self) -> tuple[float, bool] | None:
@@ -107,6 +112,21 @@ class TaskManager:
     def finished(self) -> bool:
         """Whether the task has ended, in whatever way."""
         return self._phase is Phase.DONE
+
+    @property
+    def quiet_until(self) -> float:
+        """Time in s before which a belt and containers that stay alike bring nothing."""
+        if self._phase in (Phase.NEW, Phase.DONE):
+            return math.inf
+        if self._phase_began is None:
+            return self._time
+        limits = {
+            Phase.RULES: self._definition.rules_display_time,
+            Phase.BELT: self._definition.arrival_limit,
+            Phase.WORK: self._definition.t_max,
+            Phase.OVERRUN: self._definition.overrun_limit,
+        }
+        return self._phase_began + limits[self._phase] - RESOLUTION
 
     def begin(self, t: float) -> None:
         """Show the rules. The display time counts from the next conveyor/state."""
@@ -168,7 +188,7 @@ class TaskManager:
             self._changed = False
             self._counters.states += 1
             self._state.sequence = self._counters.states
-            self._state.header.stamp = to_stamp(self._time)
+            self._state.header = Header(stamp=to_stamp(self._time))
             if self._state.status != TaskState.SHOWING_RULES:
                 self._state.duration = round(self._time - self._state.started, 6)
         return events
