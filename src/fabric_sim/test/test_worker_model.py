@@ -234,7 +234,7 @@ ROW = ("model", "transitions", "evaluating", "grasp")
         (("model", "temperature"), float("inf"), ["model.temperature", "inf"]),
         (("model", "temperature"), "hot", ["model.temperature", "'hot'"]),
         (("timing", "sorting", "idle", "mean"), 100.0, ["timing.sorting.idle", "100"]),
-        (("truth", "patience"), 1.5, ["truth.patience", "1.5"]),
+        (("truth", "stage_one"), 1.5, ["truth.stage_one", "1.5"]),
         (("memory", "known"), 2.0, ["memory.known", "2"]),
         (("responses", "pointing"), {"flying": 0.5}, ["pointing", "'flying'"]),
     ],

@@ -6,7 +6,7 @@ import pytest
 from fabric_sim.truth import ANTICIPATED, Counters, anticipated_state
 from fabric_sim.worker_parameters import STATES, TruthParameters
 
-P = TruthParameters(stage_one=1, failures=2, wants_help=0.5)
+P = TruthParameters(stage_one=1, reminders=5, failures=2, wants_help=0.5)
 WILLING, UNWILLING = 0.9, 0.1
 
 
@@ -48,8 +48,12 @@ def test_trouble_is_stage_one_first_and_then_a_matter_of_wanting_help(state, cou
 
 def test_distraction_is_stage_one_first_and_then_wants_a_reminder():
     assert word("no_attention", "look_around", distracted=1) == "may_be_distracted"
-    assert word("no_attention", accepts=UNWILLING, distracted=2) == "needs_to_be_reminded"
-    assert word("no_attention", accepts=WILLING, distracted=2) == "needs_help"
+    assert word("no_attention", accepts=WILLING, distracted=2) == "needs_to_be_reminded"
+
+
+def test_a_long_distraction_is_a_matter_of_wanting_help():
+    assert word("no_attention", accepts=UNWILLING, distracted=6) == "does_not_need_help"
+    assert word("no_attention", accepts=WILLING, distracted=6) == "needs_help"
 
 
 def test_whoever_does_not_try_again_after_a_failure_wants_help_or_not():
@@ -73,7 +77,7 @@ def test_at_first_the_person_has_the_task(state):
 @pytest.mark.parametrize("state", ["task_assigned", "evaluating"])
 def test_eyes_off_the_work_are_a_distraction_in_every_state(state):
     assert word(state, "look_around", distracted=1) == "may_be_distracted"
-    assert word(state, "look_around", UNWILLING, distracted=2) == "needs_to_be_reminded"
+    assert word(state, "look_around", distracted=2) == "needs_to_be_reminded"
 
 
 def test_failure_tells_more_than_tiredness_and_both_more_than_a_look():
@@ -129,7 +133,7 @@ def test_the_rule_is_total_and_speaks_the_words_of_the_models():
         for sorting in (False, True)
         for f in (0, 1, 2)
         for k in (1, 2)
-        for d in (0, 2)
+        for d in (0, 2, 6)
     }
     words.add(word("evaluating", sorting=True, last_was_right=True))
     assert words == set(ANTICIPATED)

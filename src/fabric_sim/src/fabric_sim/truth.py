@@ -19,8 +19,8 @@ whether help would be accepted at this moment.
     tired                        steps tired <= stage_one                  may_be_tired
                                  else                                      by acceptance
     no_attention, or looking     steps distracted <= stage_one             may_be_distracted
-    around                       help would be accepted                    needs_help
-                                 else                                      needs_to_be_reminded
+    around                       steps distracted <= reminders             needs_to_be_reminded
+                                 else                                      by acceptance
     task_assigned, evaluating                                              the person is at work
 
     by acceptance: needs_help if the person would accept help now, else does_not_need_help.
@@ -130,7 +130,7 @@ def anticipated_state(
     if state == "no_attention" or action == "look_around":
         if counters.distracted <= p.stage_one:
             return "may_be_distracted"
-        return "needs_help" if accepts >= p.wants_help else "needs_to_be_reminded"
+        return "needs_to_be_reminded" if counters.distracted <= p.reminders else by_acceptance
     return _at_work(counters, sorting, p)
 
 

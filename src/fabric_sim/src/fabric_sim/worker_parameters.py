@@ -144,6 +144,7 @@ class TruthParameters:
     """Thresholds of the rule in truth.py; counts of steps and a probability."""
 
     stage_one: int
+    reminders: int
     failures: int
     wants_help: float
 

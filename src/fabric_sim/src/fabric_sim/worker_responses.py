@@ -13,10 +13,12 @@ from .worker_parameters import MemoryParameters, ResponseParameters
 
 def origin_of(state: str, action: str, failed: int) -> str:
     """Name what the robot interrupts: a state, `grasping`, `trying_again` after failures, or
-    `no_attention` of whoever looks around."""
+    `no_attention` of whoever looks around unless it is after a failure."""
     if action == "grasp":
         return "trying_again" if failed > 0 else "grasping"
-    return "no_attention" if action == "look_around" else state
+    if action == "look_around" and state != "failed_to_grasp":
+        return "no_attention"
+    return state
 
 
 def refusal_probability(
