@@ -45,12 +45,13 @@ class Pull:
 
 @dataclass(frozen=True)
 class Mood:
-    """A mood, what it does to the dials, and how likely it is."""
+    """A mood, how likely it is, and what it does; refusing: log-odds added to any refusal."""
 
     name: str
     most: float
     never_until: float
     full_from: float
+    refusing: float
     dials: dict[str, Pull]
 
     def probability(self, task_number: int) -> float:
@@ -159,7 +160,7 @@ def _moods(content: Any, where: str) -> tuple[Mood, ...]:
 def _mood(name: str, values: Any, where: str) -> Mood:
     if name == NORMAL:
         raise DriftError(f"{where}: normal is what the moods leave over")
-    _keys(values, ("most", "never_until", "full_from", "dials"), where)
+    _keys(values, ("most", "never_until", "full_from", "refusing", "dials"), where)
     never_until = number(values["never_until"], f"{where}.never_until")
     full_from = number(values["full_from"], f"{where}.full_from")
     if not 0.0 <= never_until < full_from:
@@ -173,7 +174,9 @@ def _mood(name: str, values: Any, where: str) -> Mood:
         place = f"{where}.dials.{known(dial, DIALS, f'{where}.dials')}"
         _keys(pull, ("to", "by"), place)
         pulls[dial] = Pull(_share(pull["to"], f"{place}.to"), _share(pull["by"], f"{place}.by"))
-    return Mood(name, _share(values["most"], f"{where}.most"), never_until, full_from, pulls)
+    most = _share(values["most"], f"{where}.most")
+    refusing = number(values["refusing"], f"{where}.refusing")
+    return Mood(name, most, never_until, full_from, refusing, pulls)
 
 
 class DriftingStaff:
@@ -214,13 +217,12 @@ class DriftingStaff:
                 return mood.name
         return NORMAL
 
-    def character(self, task_number: int) -> Character:
-        """Return the dials of a task before what the person went through moves them."""
-        name = self.mood(task_number)
-        mood = next((mood for mood in self._p.moods if mood.name == name), None)
-        return mood.applied(self.person) if mood else self.person
-
     def worker(self, task_number: int) -> Worker:
         """Return the person in the mood of a task, numbered from 1; the history is kept."""
-        self._worker.person.become(self.character(task_number))
+        name = self.mood(task_number)
+        mood = next((mood for mood in self._p.moods if mood.name == name), None)
+        if mood is None:
+            self._worker.person.become(self.person)
+        else:
+            self._worker.person.become(mood.applied(self.person), mood.refusing)
         return self._worker

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import math
+
 from .character import Character
 from .worker_model import History, ModelLibrary, WorkerModel, effective_character
 from .worker_parameters import ScenarioTiming, WorkerParameters
@@ -20,6 +22,7 @@ class Person:
         self._library = library
         self._history = History()
         self._now: Character | None = None
+        self._refusing = 0.0
 
     @property
     def history(self) -> History:
@@ -33,9 +36,10 @@ class Person:
             self._now = effective_character(self.character, self._history, self._p.history)
         return self._now
 
-    def become(self, character: Character) -> None:
-        """Replace the dials that the history acts on, as a mood does; the history stays."""
+    def become(self, character: Character, refusing: float = 0.0) -> None:
+        """Take on a mood: other dials for the history to act on, and log-odds of any refusal."""
         self.character = character
+        self._refusing = refusing
         self._now = None
 
     def model(self) -> WorkerModel:
@@ -49,7 +53,10 @@ class Person:
 
     def refusal(self, origin: str, distracted_for: float) -> float:
         """Return the probability of refusing help when interrupted at `origin`."""
-        return refusal_probability(self.model().refusal, origin, distracted_for, self._p.responses)
+        general = self.model().refusal
+        if self._refusing:
+            general /= general + (1.0 - general) * math.exp(-self._refusing)
+        return refusal_probability(general, origin, distracted_for, self._p.responses)
 
     def annoyed(self, amount: float) -> None:
         """Add unwanted interference, in interferences."""
