@@ -162,9 +162,9 @@ def test_looking_around_lasts_and_needs_a_reminder():
     desk = Desk().press("look_around").run(1.0)
     assert desk.worker.looking_around
     assert desk.word() == "may_be_distracted"
-    desk.run(15.0)
+    words = {desk.run(0.5).word() for _ in range(60)}
     assert desk.worker.looking_around
-    assert desk.word() == "needs_to_be_reminded"
+    assert "needs_to_be_reminded" in words
     desk.press("idle").run(0.1)
     assert (desk.worker.looking_around, desk.worker.state) == (False, "evaluating")
 
