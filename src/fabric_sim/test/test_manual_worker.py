@@ -222,6 +222,13 @@ def test_a_warning_lasts_until_the_robot_gives_way():
     assert desk.worker.truth(desk.t).interferences == 1
 
 
+def test_after_a_warning_a_failure_is_forgotten_as_with_simulated_people():
+    desk = Desk().press("grasp").run(0.2).press("drop").run(0.1)
+    assert desk.word() == "may_not_be_capable"
+    desk.press("warn").run(3.2)
+    assert desk.worker.counters.failed == 0
+
+
 def test_a_warning_to_a_robot_at_rest_is_one_gesture():
     desk = Desk().press("warn").run(8.0)
     assert desk.kinds().count(EventKind.WARNED) == 1

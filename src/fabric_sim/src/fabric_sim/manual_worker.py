@@ -268,13 +268,7 @@ class ManualWorker(Worker):
     def _take_up_work(self, t: float) -> None:
         self._decide(t)
 
-    def _warned(self, t: float) -> None:
-        """Go on warning while the robot goes on; else it received the warning."""
-        if self._robot_grasping:
-            self._warn(t)
-            return
-        self._set_state("robot_receives_the_warning", t)
-        self._begin(t, "idle")
+    def _pass_time(self, t: float, state: int, action: int) -> None:
         self._wait(t)
 
     def _see_robot(self, t: float, robot: RobotView) -> None:
