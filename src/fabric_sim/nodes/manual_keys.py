@@ -2,10 +2,13 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Keys of a terminal that drive the simulated person of human:=manual; q ends."""
 
+import os
 import select
+import shutil
 import sys
 import termios
 import tty
+from collections.abc import Iterator
 
 import rospy
 
@@ -14,7 +17,7 @@ from fabric_sim.manual_commands import COMMANDS, NAMES
 from fabric_sim.manual_view import TOPICS, ManualView
 
 PERIOD = 0.2  # s between looks at the cell
-WIDTH = 100  # columns of the status line
+END = ("q", "\x04")
 
 
 def line_of(news: dict) -> str:
@@ -24,30 +27,31 @@ def line_of(news: dict) -> str:
     waits = ", ".join(cubes["pick_point"]) or "nothing"
     trays = " ".join(f"{i}:{name}" for i, name in enumerate(news["trays"], start=1))
     return (
-        f"task {task['number']} {status} {task['seconds']:.0f} s | you: {person['action']} | "
-        f"robot: {news['robot']} | at the pick point: {waits} | trays {trays}"
+        f"{task['number']}: {status} {task['seconds']:.0f} s | waiting: {waits} | "
+        f"you: {'away' if person['away'] else person['action']} | robot: {news['robot']} | {trays}"
     )
+
+
+def keys() -> Iterator[str]:
+    """Keys as they are pressed, an empty one whenever a while has passed."""
+    while not rospy.is_shutdown():
+        if select.select([sys.stdin], [], [], PERIOD)[0]:
+            yield from os.read(sys.stdin.fileno(), 64).decode(errors="replace") or END[0]
+        yield ""
 
 
 def run(view: ManualView, command: rospy.ServiceProxy) -> None:
     """Pass keys on until q or the end of ROS."""
-    shown = ""
-    while not rospy.is_shutdown():
-        line = line_of(view.snapshot())
-        if line != shown:
-            shown = line
-            print(f"\r{line[:WIDTH]:<{WIDTH}}", end="", flush=True)
-        if not select.select([sys.stdin], [], [], PERIOD)[0]:
-            continue
-        key = sys.stdin.read(1)
-        if key in ("q", ""):
+    width = shutil.get_terminal_size().columns - 1
+    for key in keys():
+        if key in END:
             return
         wanted = view.command_of_key(key)
         if wanted:
             answer = command(NAMES.index(wanted[0]), wanted[1])
             if not answer.accepted:
-                print(f"\r{answer.reason:<{WIDTH}}")
-                shown = ""
+                print(f"\r{answer.reason[:width]:<{width}}")
+        print(f"\r{line_of(view.snapshot())[:width]:<{width}}", end="", flush=True)
 
 
 def main() -> int:
@@ -70,6 +74,7 @@ def main() -> int:
         return 1
     finally:
         termios.tcsetattr(sys.stdin, termios.TCSADRAIN, before)
+        print()
     return 0
 
 

@@ -169,6 +169,15 @@ def test_looking_around_lasts_and_needs_a_reminder():
     assert (desk.worker.looking_around, desk.worker.state) == (False, "evaluating")
 
 
+def test_looking_around_goes_on_when_the_robot_has_sorted_a_cube():
+    desk = Desk("sorting").press("look_around").run(3.0)
+    desk.worker.end_subtask(desk.t, True, by_person=False)
+    desk.run(1.0)
+    desk.worker.start_subtask(desk.t, 2)
+    desk.run(5.0)
+    assert (desk.worker.action, desk.worker.state) == ("look_around", "no_attention")
+
+
 def test_walking_away_and_coming_back_take_their_time():
     desk = Desk().press("walk_away").run(1.0)
     assert (desk.worker.action, desk.worker.state) == ("walk_away", "tired")

@@ -42,7 +42,6 @@ _PHASES = {
     RobotActionState.PHASE_APPROACH: "on its way",
     RobotActionState.PHASE_CONTACT: "at the cube",
     RobotActionState.PHASE_CARRY: "carrying",
-    RobotActionState.PHASE_RETREAT: "going home",
 }
 _OPEN = (TaskState.SHOWING_RULES, TaskState.RUNNING)
 _INSPECTED = ["inspected"]
@@ -78,7 +77,7 @@ class ManualView:
             "task": _task(task, truth.header.stamp.to_sec() if begun else task.started),
             "waiting": task.status in _OPEN and not begun,
             "trays": _trays(task),
-            "robot": ", ".join(filter(None, (_ROBOT[robot.current], _PHASES.get(robot.phase)))),
+            "robot": _robot(robot),
             "cubes": _cubes(cubes) if begun else _cubes(CubeArray()),
             "person": _person(truth) if begun else _person(GroundTruth()),
         }
@@ -100,6 +99,12 @@ def _task(task: TaskState, now: float) -> dict[str, Any]:
         "warnings": task.warnings,
         "score": task.score,
     }
+
+
+def _robot(state: RobotActionState) -> str:
+    if state.phase == RobotActionState.PHASE_RETREAT:
+        return "goes home"
+    return ", ".join(filter(None, (_ROBOT[state.current], _PHASES.get(state.phase))))
 
 
 def _trays(task: TaskState) -> list[str]:

@@ -136,9 +136,12 @@ class ManualWorker(Worker):
             super().start_task(t, scenario, rng, rules)
 
     def end_subtask(self, t: float, success: bool, by_person: bool) -> None:
-        """As Worker.end_subtask."""
+        """As Worker.end_subtask; who looks around goes on looking until the last cube."""
         with self._lock:
+            distracted = self.action == "look_around"
             super().end_subtask(t, success, by_person)
+            if distracted and self._sorting:
+                self._do_look_around(t, "")
 
     def end_task(self, t: float, success: bool) -> None:
         """As Worker.end_task."""
