@@ -237,6 +237,14 @@ def test_a_task_whose_time_has_not_begun_waits_without_cubes_of_the_last_one():
     assert not any(news["cubes"].values())
 
 
+def test_the_time_of_a_task_starts_with_it_and_ends_with_it():
+    view = ManualView()
+    sorting(view)
+    for status, seconds in ((TaskState.SHOWING_RULES, 0.0), (TaskState.SUCCEEDED, 9.5)):
+        view.take(TaskState(task_id=1, status=status, duration=9.5), "task/state")
+        assert view.snapshot()["task"]["seconds"] == seconds
+
+
 def test_digits_are_the_trays_of_the_running_task():
     view = ManualView()
     sorting(view)

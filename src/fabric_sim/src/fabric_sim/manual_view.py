@@ -74,7 +74,7 @@ class ManualView:
             task, robot, cubes, truth = (self._newest[topic] for topic in TOPICS)
         begun = truth.task_id == task.task_id
         return {
-            "task": _task(task, truth.header.stamp.to_sec() if begun else task.started),
+            "task": _task(task, truth.header.stamp.to_sec()),
             "waiting": task.status in _OPEN and not begun,
             "trays": _trays(task),
             "robot": _robot(robot),
@@ -89,9 +89,7 @@ def _task(task: TaskState, now: float) -> dict[str, Any]:
         "scenario": task.scenario,
         "status": _STATUS[task.status],
         "rules": [{"colour": _COLOURS[r.colour], "tray": r.label} for r in task.rules],
-        "seconds": round(max(0.0, now - task.started), 1)
-        if task.status in _OPEN
-        else task.duration,
+        "seconds": _seconds(task, now),
         "total": task.subtasks_total,
         "by_person": task.succeeded_by_person,
         "by_robot": task.succeeded_by_robot,
@@ -99,6 +97,13 @@ def _task(task: TaskState, now: float) -> dict[str, Any]:
         "warnings": task.warnings,
         "score": task.score,
     }
+
+
+def _seconds(task: TaskState, now: float) -> float:
+    """How long the task has been running, or was; s."""
+    if task.status == TaskState.RUNNING:
+        return round(max(0.0, now - task.started), 1)
+    return 0.0 if task.status == TaskState.SHOWING_RULES else task.duration
 
 
 def _robot(state: RobotActionState) -> str:
