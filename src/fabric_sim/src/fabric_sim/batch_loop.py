@@ -8,38 +8,38 @@ results = [run.run_task() for _ in range(10)]
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass, field, replace
-from pathlib import Path
-from typing import Any, Protocol
-
-import rospkg
-import yaml
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple, Protocol
 
 import fabric_planner as fp
-from fabric_abps import Library, Selector, SelectorParameters, SignalEncoder, TrainedModels
+from fabric_abps import SignalEncoder
 from fabric_msgs.msg import (
     ConveyorState,
-    CubeArray,
     Decision,
-    HeadState,
     ModelInfo,
     Observation,
     PolicyChoice,
+    TaskEvent,
     TaskState,
     TypeBelief,
 )
 from fabric_perception.observation_agent import ObservationAgent
 from fabric_sim import reports
 from fabric_sim.batch_decider import AgentDecider, Decider
+from fabric_sim.batch_files import Files
 from fabric_sim.cell import Cell, CellConfig, Moment
+from fabric_sim.sensing import Percept
 from fabric_sim.staff import Staff
+from fabric_sim.stock import CubeState
 from fabric_sim.worker import Worker
 from fabric_study.meter import TaskMeter, TrueMoment
 from fabric_study.task_manager import Counters, TaskManager
 from fabric_study.tasks import load_definition, task_seed
 
+__all__ = ["Files", "HeadlessRun", "RunSetup", "TaskResult"]
+
 CONVEYOR = {there: ConveyorState(cube_at_pick_point=there) for there in (False, True)}
+FAR_AWAY = 2**62  # a tick that does not come
 TICKS_LIMIT = 100_000  # of one task; more means that a rule of the task can no longer be met
 
 
@@ -65,6 +65,43 @@ class People(Protocol):
         """The worker of a task, numbered from 1."""
 
 
+class SeenCube(NamedTuple):
+    """A cube as the motion agent sees it, in the fields of fabric_msgs/Cube."""
+
+    colour: int
+    where: int
+    confidence: float
+
+    @classmethod
+    def of(cls, cube: CubeState, where: int) -> SeenCube:
+        """A cube that a camera sees there."""
+        return cls(cube.perceived, where, reports.single(cube.confidence))
+
+
+class SeenCubes(NamedTuple):
+    """As fabric_msgs/CubeArray."""
+
+    cubes: list[SeenCube]
+
+
+class SeenPerson(NamedTuple):
+    """The person as recognised, in the fields of HumanActivity and HeadState."""
+
+    posterior: list[float]
+    detected: bool
+    evidence_age: float  # s
+    visible: bool
+    looking_around: bool
+
+    @classmethod
+    def of(cls, percept: Percept) -> SeenPerson:
+        """The person of a percept, in the precision of the messages."""
+        posterior = [reports.single(p) for p in percept.posterior]
+        age, seen = reports.single(percept.evidence_age), percept.behaviour
+        looking = seen.present and seen.looking_around
+        return cls(posterior, seen.present, age, seen.present, looking)
+
+
 @dataclass(frozen=True)
 class TaskResult:
     """One finished task."""
@@ -72,59 +109,6 @@ class TaskResult:
     row: dict[str, Any]  # as in results.csv
     decisions: list[Decision]
     codes: list[int]  # type observation codes in order, 0..63
-
-
-@dataclass
-class Files:
-    """Where the packages keep their models and numbers."""
-
-    share: Callable[[str], Path] = field(
-        default_factory=lambda: lambda package: Path(rospkg.RosPack().get_path(package))
-    )
-
-    def cell(self) -> CellConfig:
-        """Geometry, limits, arm and sensors."""
-        sim = self.share("fabric_sim") / "config"
-        return CellConfig.load(
-            self.share("fabric_bringup") / "config/cell.yaml",
-            self.share("fabric_dobot_driver") / "config/magician.yaml",
-            sim / "arm.yaml",
-            sim / "sensing.yaml",
-        )
-
-    def model(self, policy: str, scenario: str) -> Path:
-        """The model file of a policy; a path stands for itself."""
-        if policy.endswith((".pomdpx", ".pomdp")):
-            return Path(policy)
-        models = self.share("fabric_planner") / "models"
-        return models / (f"{policy}.pomdpx" if policy == "none" else f"{scenario}_{policy}.pomdpx")
-
-    def agent(self, model: Path) -> fp.DecisionAgent:
-        """What decides, set up as the decision node is."""
-        path = self.share("fabric_planner") / "config/decision.yaml"
-        values = yaml.safe_load(path.read_text(encoding="utf-8"))
-        policy = fp.load_policy(values["policy"], fp.load(model)) if values["policy"] else None
-        return fp.DecisionAgent(
-            str(model),
-            fp.PlannerOptions(values["deadline"], values["gap"], values["max_nodes"]),
-            map_path=values["observation_map"],
-            solver=values["solver"],
-            policy=policy,
-            fallback=values["fallback_action"],
-        )
-
-    def motion(self) -> Path:
-        """Places and speeds of the robot's actions."""
-        return self.share("fabric_planner") / "config/motion.yaml"
-
-    def selector(self, scenario: str) -> Selector:
-        """ABPS over the shipped library with its trained models."""
-        package = self.share("fabric_abps")
-        config = package / "config"
-        library = Library.load(config / "library.yaml", scenario)
-        models = TrainedModels.load(package / f"models/{scenario}.npz")
-        values = yaml.safe_load((config / "selector.yaml").read_text(encoding="utf-8"))
-        return Selector(library, models, SelectorParameters.load(values))
 
 
 class HeadlessRun:
@@ -175,44 +159,39 @@ class HeadlessRun:
         self._manager = TaskManager(self._definition, self._task_number, seed, self._counters)
         self._encoder, self._codes = SignalEncoder(), []
         self._hidden = self._sight = self._posterior = None
+        self._belt_due = self._person_due = 0  # ticks in which they have to be told again
         self._choose(seed)
         self._decider.reset()
         self._manager.begin(self._cell.now)
         self._meter = TaskMeter(self._manager.state, self.setup.human, self.setup.policy)
         self._tell_names()
         self._publish_state()
-        last = self._cell.tick + TICKS_LIMIT
-        while self._cell.running:
-            if not self._every_tick:
-                self._cell.skip_to(self._next_tick())
-            self._tick(self._cell.advance())
-            if self._cell.tick > last:
-                raise RuntimeError(f"task {self._task_number} did not end in {TICKS_LIMIT} ticks")
+        self._run_to_the_end()
         self._tell_type_belief()
         return TaskResult(self._meter.row(), self._meter.decisions(), self._codes)
 
-    # -- one tick: the order of docs/time.md ------------------------------------------------------
+    # -- ticks: the order of docs/time.md ---------------------------------------------------------
 
-    def _next_tick(self) -> int:
-        """The next tick in which anybody can have something to do."""
-        tick = self._cell.next_tick()
-        if tick == self._cell.tick + 1:
-            return tick
-        quiet = min(self._observer.quiet_until, self._manager.quiet_until)
-        if quiet == math.inf:
-            return tick
-        return min(tick, max(int(self._cell.percept_tick_of(quiet)), self._cell.tick + 1))
+    def _run_to_the_end(self) -> None:
+        cell, last = self._cell, self._cell.tick + TICKS_LIMIT
+        while cell.running:
+            if self._every_tick:
+                self._belt_due = self._person_due = 0
+            else:
+                cell.skip_to(min(cell.next_tick(), self._belt_due, self._person_due))
+            self._tick(cell.advance())
+            if cell.tick > last:
+                raise RuntimeError(f"task {self._task_number} did not end in {TICKS_LIMIT} ticks")
 
     def _tick(self, moment: Moment) -> None:
         for result in moment.arm_results:
             self._move(self._motion.on_arm_result(result.number, result.outcome, result.reason))
             self._settle()
-        if moment.percept is None:
-            return
-        for report in (self._on_truth, self._on_belt, self._on_containers, self._on_person):
-            report(moment)
-            if not self._cell.running:
-                return
+        if moment.percept is not None:
+            self._on_truth(moment)
+            self._on_belt(moment)
+            self._on_containers(moment)
+            self._on_person(moment)
 
     def _on_truth(self, moment: Moment) -> None:
         hidden = moment.hidden
@@ -222,41 +201,54 @@ class HeadlessRun:
             self._meter.on_moment(moment.sequence, TrueMoment(moment.t, *words))
 
     def _on_belt(self, moment: Moment) -> None:
-        stock = self._cell.stock
-        conveyor = CONVEYOR[stock.at_pick_point is not None]
-        self._move(self._motion.on_conveyor(conveyor.cube_at_pick_point))
+        """Belt and cubes as they are now; nobody needs to hear again what has not changed."""
+        stock, sight = self._cell.stock, self._cell.stock.sight
+        if sight == self._sight and self._cell.tick < self._belt_due:
+            return
+        self._belt_due = FAR_AWAY
+        conveyor = CONVEYOR[sight.at_pick_point is not None]
+        self._move(self._motion.on_conveyor(conveyor.cube_at_pick_point), False)
         self._score(moment.t, self._manager.on_conveyor(moment.t, conveyor))
-        sight = (stock.moved, conveyor.cube_at_pick_point, stock.belt.speed)
-        if sight != self._sight:
+        if sight != self._sight or self._every_tick:
             self._sight = sight
-            self._move(self._motion.on_cubes(CubeArray(cubes=reports.plain_cubes(stock.seen()))))
+            cubes = SeenCubes([SeenCube.of(*pair) for pair in stock.seen()])
+            self._move(self._motion.on_cubes(cubes), False)
         self._settle()
+        self._belt_due = min(self._belt_due, self._due(self._manager.quiet_until))
 
     def _on_containers(self, moment: Moment) -> None:
-        if moment.containers is not None:
+        if moment.containers is not None and self._cell.running:
             self._score(moment.t, self._manager.on_containers(moment.t, moment.containers))
             self._settle()
+            self._belt_due = min(self._belt_due, self._due(self._manager.quiet_until))
 
     def _on_person(self, moment: Moment) -> None:
         percept = moment.percept
-        if percept.warning:
+        if percept.warning and self._cell.running:
             self._move(self._motion.on_warning())
             self._score(moment.t, self._manager.on_warning(moment.t))
             self._settle()
-        if percept.posterior is not self._posterior:
+        known = percept.posterior is self._posterior
+        if not self._cell.running or (known and self._cell.tick < self._person_due):
+            return
+        if not known:
             self._posterior = percept.posterior
-            head = HeadState(
-                visible=percept.behaviour.present,
-                looking_around=percept.behaviour.present and percept.behaviour.looking_around,
-            )
-            self._reading = self._observer.read(reports.activity(moment.t, percept), head)
+            person = SeenPerson.of(percept)
+            self._reading = self._observer.read(person, person)
         age = reports.single(percept.evidence_age)
         self._decide(moment.t, self._observer.on_reading(moment.t, self._reading, age))
         self._settle()
+        self._person_due = self._due(self._observer.quiet_until)
+
+    def _due(self, t: float) -> int:
+        """The report of the sensors, of those to come, that is the first not before time t, s."""
+        if t == math.inf:
+            return FAR_AWAY
+        return max(self._cell.next_report, int(self._cell.percept_tick_of(t)))
 
     # -- consequences -----------------------------------------------------------------------------
 
-    def _score(self, t: float, events: list[Any]) -> None:
+    def _score(self, t: float, events: list[TaskEvent]) -> None:
         belt = self._manager.belt_command
         if belt is not None:
             self._cell.set_conveyor(*belt)
@@ -264,6 +256,8 @@ class HeadlessRun:
             self._meter.on_event(event)
             if self._selector:
                 self._selector.on_task_event(event)
+            self._belt_due = min(self._belt_due, self._cell.next_report)
+            self._person_due = 0
             self._decide(t, self._observer.on_task_event(t, event))
 
     def _decide(self, t: float, observations: list[Observation]) -> None:
@@ -279,9 +273,16 @@ class HeadlessRun:
                 self._motion.on_decision(decision.action, decision.sequence, decision.task_id)
             )
 
-    def _move(self, commands: list[Any]) -> None:
+    def _move(self, commands: list[fp.MotionCommand], again: bool = True) -> None:
+        """Carry out what the motion agent wants, now that it was told something.
+
+        again: it may now answer otherwise to an empty pick point; that a cube is there it only
+        takes note of.
+        """
         for command in commands:
             self._cell.command(command)
+        if (again or commands) and self._cell.stock.belt.at_pick_point is None:
+            self._belt_due = min(self._belt_due, self._cell.next_report)
 
     def _settle(self) -> None:
         """What has changed becomes known: the robot's state to the person, the task to all."""

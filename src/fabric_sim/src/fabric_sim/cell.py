@@ -35,7 +35,7 @@ from fabric_sim.sensing import (
     PersonSensor,
     load_sensing,
 )
-from fabric_sim.stock import CubeState, Deposit, Place, Stock
+from fabric_sim.stock import CubeState, Deposit, Place, Sight, Stock
 from fabric_sim.truth import Truth
 from fabric_sim.worker_events import (
     HELD_BY_NOBODY,
@@ -84,7 +84,7 @@ class CellConfig:
         return cls(load_geometry(cell), load_arm(arm), load_limits(limits), load_sensing(sensing))
 
 
-@dataclass
+@dataclass(slots=True)
 class Moment:
     """What a tick brought. Everything but the arm's results is there when the sensors report."""
 
@@ -111,6 +111,8 @@ class Cell:
         self._tick = 0
         self._stirred = True  # something was said since the last tick, or to the worker in it
         self._viewed = NOT_THERE  # by the person in the last tick
+        self._hidden: Truth | None = None  # as in the last report
+        self._reported: Sight | None = None
         self._commands = Commands()
         self._stirred = True
         self._robot = RobotView()
@@ -160,29 +162,35 @@ class Cell:
 
     def move(self, number: int, goal: Goal) -> None:
         """Send the tool somewhere (see arm.goal_of); a refusal comes as a result too."""
-        self._commands.moves[number] = goal
+        self._orders().moves[number] = goal
 
     def cancel(self, number: int) -> None:
         """Stop the move of that number."""
-        self._commands.cancelled.add(number)
+        self._orders().cancelled.add(number)
 
     def home(self) -> None:
         """Drive the arm home."""
-        self._commands.home = True
+        self._orders().home = True
 
     def set_suction(self, on: bool) -> None:
         """Switch the suction cup."""
-        self._commands.suction = on
+        self._orders().suction = on
 
     def set_conveyor(self, speed: float, ignore_sensor: bool) -> None:
         """Run the belt at `speed` m/s. Raises ValueError for a speed that makes no sense."""
         check_speed(speed)
-        self._commands.conveyor = (speed, ignore_sensor)
+        self._orders().conveyor = (speed, ignore_sensor)
 
     def on_robot_state(self, state: RobotActionState) -> None:
         """Let the person see what the robot does."""
-        self._stirred = True
-        self._robot = RobotView(state.current, state.phase)
+        robot = RobotView(state.current, state.phase)
+        self._stirred |= robot != self._robot
+        self._robot = robot
+
+    def _orders(self) -> Commands:
+        if self._commands is None:
+            self._commands = Commands()
+        return self._commands
 
     # -- what it says ---------------------------------------------------------------------------
 
@@ -237,13 +245,21 @@ class Cell:
         """Number of the present tick."""
         return self._tick
 
+    @property
+    def next_report(self) -> int:
+        """The next tick in which the sensors report."""
+        return self._tick + PERCEPT_TICKS - self._tick % PERCEPT_TICKS
+
     def next_tick(self) -> int:
         """The next tick in which anything can happen in the cell if nobody tells it anything.
 
-        Rather too early than too late. The sensors always report after a tick that they missed.
+        Rather too early than too late. When anything has changed since the sensors reported, they
+        report next.
         """
         soon = self._tick + 1
-        if self._stirred or self._tick % PERCEPT_TICKS or self._commands.any:
+        if self._stirred or self._commands is not None:
+            return soon
+        if self._tick % PERCEPT_TICKS and self._worth_a_look():
             return soon
         if self._view() != self._viewed or (self.arm.suction and not self.stock.held_by_robot):
             return soon
@@ -252,6 +268,15 @@ class Cell:
         moves = self._tick + 1 + self.stock.belt.quiet_steps(TICK)
         ticks = (self.tick_of(ends), self.percept_tick_of(sensed), moves, soon + FAR)
         return max(soon, int(min(ticks)))
+
+    def _worth_a_look(self) -> bool:
+        """Whether the next report will say anything that the last one did not."""
+        if self.stock.sight != self._reported or self._contents_changed:
+            return True
+        if not self._person_sensor.knows(self._behaviour(), self._episode):
+            return True
+        # asked now with the time of the report, because the answer holds from the first question on
+        return self.worker.truth(_time_of(self._tick + 1)) != self._hidden
 
     def skip_to(self, tick: int) -> None:
         """Let the ticks before `tick` pass, which is not later than `next_tick`."""
@@ -289,13 +314,14 @@ class Cell:
         self._contents: dict[int, list[int]] = {}
         self._contents_changed = True
         self._subtask = None
-        self._commands.conveyor = None
+        if self._commands is not None:
+            self._commands.conveyor = None
         self.body.reset()
 
     def _move_arm(self, t: float) -> list[ArmResult]:
         results = []
-        if self._commands.any:
-            commands, self._commands = self._commands, Commands()
+        if self._commands is not None:
+            commands, self._commands = self._commands, None
             results = commands.apply(self.arm, self.stock.belt)
         results += self.arm.step(TICK)
         held = self.stock.held_by_robot
@@ -368,7 +394,8 @@ class Cell:
         self._truths += 1
         moment.sequence = self._truths
         moment.percept = self._person_sensor.sense(t, self._behaviour(), self._episode)
-        moment.hidden = self.worker.truth(t)
+        moment.hidden = self._hidden = self.worker.truth(t)
+        self._reported = self.stock.sight
         moment.containers = self._read_load_cells(t)
 
     def _read_load_cells(self, t: float) -> ContainerArray | None:

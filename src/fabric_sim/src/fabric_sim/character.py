@@ -6,6 +6,7 @@ from __future__ import annotations
 import hashlib
 import math
 from dataclasses import dataclass, fields, replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -150,6 +151,7 @@ def human_of_task(spec: str, seed: int, task_number: int) -> Character:
     return Character.parse(spec, named_generator(seed, "human"))
 
 
+@lru_cache(maxsize=64)
 def _mixed_order(seed: int, block: int) -> list[int]:
     """Order of the known types in the block-th sixteen tasks; no type comes twice in a row."""
     order = named_generator(seed, "human", block).permutation(len(CORNERS)).tolist()

@@ -23,17 +23,6 @@ class Commands:
     moves: dict[int, Goal] = field(default_factory=dict)
     cancelled: set[int] = field(default_factory=set)
 
-    @property
-    def any(self) -> bool:
-        """Whether there is anything to carry out."""
-        return bool(
-            self.moves
-            or self.cancelled
-            or self.home
-            or self.suction is not None
-            or self.conveyor is not None
-        )
-
     def apply(self, arm: Arm, belt: Belt) -> list[ArmResult]:
         """Carry out everything; return the moves that ended with it."""
         if self.suction is not None:

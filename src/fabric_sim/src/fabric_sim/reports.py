@@ -57,14 +57,6 @@ def cubes(t: float, seen: Iterable[tuple[CubeState, int, Point]]) -> CubeArray:
     )
 
 
-def plain_cubes(seen: Iterable[tuple[CubeState, int]]) -> list[Cube]:
-    """Every cube in view, without its place in metres: (cube, Cube.WHERE_*)."""
-    return [
-        Cube(id=c.id, colour=c.perceived, where=where, confidence=single(c.confidence))
-        for c, where in seen
-    ]
-
-
 def containers(
     t: float, sequence: int, stock: Stock, contents: Mapping[int, list[int]]
 ) -> ContainerArray:

@@ -83,7 +83,7 @@ class PersonSensor:
 
         A stretch ends with its behaviour, or when `episode` changes: the same gesture anew.
         """
-        if (behaviour, episode) != self._actual:
+        if not self.knows(behaviour, episode):
             self._actual = (behaviour, episode)
             self._begin(t, behaviour)
         warning = self._recognise(t)
@@ -91,6 +91,10 @@ class PersonSensor:
         assert self._shown is not None
         age = round(t - self._seen, 6)
         return Percept(self._shown.taken_for, self._posterior, age, warning)
+
+    def knows(self, behaviour: Behaviour, episode: int) -> bool:
+        """Whether this goes on from the last call."""
+        return self._actual == (behaviour, episode)
 
     def pass_time(self, t: float) -> None:
         """The same is recognised until time t (s)."""
@@ -170,7 +174,7 @@ class LoadCells:
     @property
     def wakeup(self) -> float:
         """When the next container is reported, s; infinite when none is settling."""
-        return min((settled for settled, _, _ in self._settling), default=math.inf)
+        return min(self._settling)[0] if self._settling else math.inf
 
     def settled(self, t: float) -> list[tuple[int, int]]:
         """(container, cube) of everything reported by time t, in the order of settling."""

@@ -49,6 +49,14 @@ class Deposit(NamedTuple):
     tray: Tray
 
 
+class Sight(NamedTuple):
+    """All that decides where cubes are said to be; as long as it is the same, so are they."""
+
+    moved: int  # how often a cube has changed its place
+    at_pick_point: int | None  # the cube
+    belt_stands: bool
+
+
 class Stock:
     """Belt, hand, suction cup, containers and floor, and the cubes among them."""
 
@@ -61,7 +69,9 @@ class Stock:
         self.trays: tuple[Tray, ...] = ()
         self.cubes: dict[int, CubeState] = {}
         self.moved = 0  # counts the changes of place
-        self._held: dict[Place, CubeState | None] = {}
+        self.held_by_person: CubeState | None = None  # in the hand
+        self.held_by_robot: CubeState | None = None  # at the suction cup
+        self._turn: tuple[tuple[int, int | None], CubeState | None] | None = None
         self._floor: list[tuple[float, int]] = []
         self._deposits: list[Deposit] = []
 
@@ -70,22 +80,12 @@ class Stock:
         self.trays = trays
         self.cubes = {cube.id: cube for cube in cubes}
         self.moved += 1
-        self._held = {Place.PERSON: None, Place.ROBOT: None}
+        self.held_by_person = self.held_by_robot = None
         self._floor = []
         self._deposits = []
         self.belt.load([cube.id for cube in cubes])
 
     # -- who has what ---------------------------------------------------------------------------
-
-    @property
-    def held_by_person(self) -> CubeState | None:
-        """The cube in the person's hand."""
-        return self._held.get(Place.PERSON)
-
-    @property
-    def held_by_robot(self) -> CubeState | None:
-        """The cube at the suction cup."""
-        return self._held.get(Place.ROBOT)
 
     @property
     def at_pick_point(self) -> CubeState | None:
@@ -96,6 +96,12 @@ class Stock:
     @property
     def in_play(self) -> CubeState | None:
         """The cube whose turn it is: in a hand, at the pick point, next on the belt or to come."""
+        known_by = (self.moved, self.belt.at_pick_point)
+        if self._turn is None or self._turn[0] != known_by:
+            self._turn = (known_by, self._find_in_play())
+        return self._turn[1]
+
+    def _find_in_play(self) -> CubeState | None:
         held = self.held_by_person or self.held_by_robot or self.at_pick_point
         if held is not None:
             return held
@@ -104,6 +110,11 @@ class Stock:
             return self.cubes[max(coming)[1]]
         waiting = self.belt.waiting
         return self.cubes[waiting[0]] if waiting else None
+
+    @property
+    def sight(self) -> Sight:
+        """What a camera and the sensor at the pick point go by."""
+        return Sight(self.moved, self.belt.at_pick_point, self.belt.speed == 0.0)
 
     def seen(self) -> list[tuple[CubeState, int]]:
         """Every cube in view and where a camera would say it is, Cube.WHERE_*."""
@@ -126,7 +137,9 @@ class Stock:
     @property
     def tidy_at(self) -> float:
         """When the next cube is taken off the floor, s; infinite without one."""
-        return min((fell for fell, _ in self._floor), default=math.inf) + self._floor_time
+        if not self._floor:
+            return math.inf
+        return min(fell for fell, _ in self._floor) + self._floor_time
 
     def _run_belt(self, dt: float) -> None:
         for cube in self.belt.step(dt):
@@ -193,21 +206,28 @@ class Stock:
 
     def take_deposits(self) -> list[Deposit]:
         """What came into containers since the last call, in order; each deposit once."""
+        if not self._deposits:
+            return []
         deposits, self._deposits = self._deposits, []
         return deposits
 
     def _move(self, cube: CubeState, place: Place) -> None:
         if cube.place is place:
             return
-        if cube.place in self._held:
-            self._held[cube.place] = None
-        if place in self._held:
-            self._held[place] = cube
+        if cube is self.held_by_person:
+            self.held_by_person = None
+        elif cube is self.held_by_robot:
+            self.held_by_robot = None
+        if place is Place.PERSON:
+            self.held_by_person = cube
+        elif place is Place.ROBOT:
+            self.held_by_robot = cube
         cube.place = place
         self.moved += 1
 
     def _take(self, cube: CubeState | None, place: Place) -> bool:
-        if cube is None or self._held[place] is not None:
+        held = self.held_by_person if place is Place.PERSON else self.held_by_robot
+        if cube is None or held is not None:
             return False
         self.belt.take(cube.id)
         self._move(cube, place)

@@ -120,13 +120,7 @@ class TaskManager:
             return math.inf
         if self._phase_began is None:
             return self._time
-        limits = {
-            Phase.RULES: self._definition.rules_display_time,
-            Phase.BELT: self._definition.arrival_limit,
-            Phase.WORK: self._definition.t_max,
-            Phase.OVERRUN: self._definition.overrun_limit,
-        }
-        return self._phase_began + limits[self._phase] - RESOLUTION
+        return self._phase_began + self._limit() - RESOLUTION
 
     def begin(self, t: float) -> None:
         """Show the rules. The display time counts from the next conveyor/state."""
@@ -199,6 +193,15 @@ class TaskManager:
     def _enter(self, phase: Phase, t: float | None) -> None:
         self._phase = phase
         self._phase_began = t
+
+    def _limit(self) -> float:
+        """How long the phase may last, s."""
+        definition = self._definition
+        if self._phase is Phase.WORK:
+            return definition.t_max
+        if self._phase is Phase.RULES:
+            return definition.rules_display_time
+        return definition.arrival_limit if self._phase is Phase.BELT else definition.overrun_limit
 
     def _passed(self, limit: float) -> bool:
         began = self._time if self._phase_began is None else self._phase_began
