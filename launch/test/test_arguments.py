@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import socket
 import subprocess
 import sys
 from pathlib import Path
@@ -75,6 +76,12 @@ def test_a_person_at_the_keys_gets_real_time_and_never_the_fastest():
     assert arguments.parse("sim", ["human:=manual", "speed:=2"])["speed"] == "2.0"
     assert arguments.parse("sim", ["human:=mixed"])["speed"] == "0"
     assert "nobody presses keys" in refused("human:=manual", "speed:=max")
+
+
+def test_a_port_in_use_is_refused():
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        number = taken.getsockname()[1]
+        assert "a port that is free" in refused(f"web_port:={number}")
 
 
 def test_a_headless_run_has_nobody_at_the_keys():

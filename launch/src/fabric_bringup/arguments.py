@@ -12,6 +12,7 @@ import datetime
 import itertools
 import math
 import os
+import socket
 import sys
 from collections.abc import Callable, Sequence
 
@@ -54,10 +55,17 @@ def seed(text: str) -> str:
 
 
 def port(text: str) -> str:
-    """A TCP port, or 0."""
-    if int(_integer(text, 0)) > 65535:
+    """A TCP port that is free on this machine, or 0 for any."""
+    number = int(_integer(text, 0))
+    if number > 65535:
         raise ArgumentError("a whole number from 0 to 65535")
-    return str(int(text))
+    with socket.socket() as probe:
+        probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            probe.bind(("127.0.0.1", number))
+        except OSError as error:
+            raise ArgumentError(f"a port that is free ({error.strerror})") from None
+    return str(number)
 
 
 def boolean(text: str) -> str:
