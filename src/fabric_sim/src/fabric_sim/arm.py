@@ -111,11 +111,12 @@ class Arm:
 
     def start(self, number: int, goal: Goal) -> list[ArmResult]:
         """Take on a goal. Return what ends with it: a displaced goal, or itself when refused."""
-        refusal = self._refusal(self.pose, goal)
+        start = self.pose
+        refusal = self._refusal(start, goal)
         if refusal is not None:
             return [ArmResult(number, OUTCOMES[refusal.fault], refusal.reason)]
         ended = self.stop(f"goal {number} came")
-        self._move = self._plan(number, goal)
+        self._move = self._plan(number, start, goal)
         return ended
 
     def home(self) -> list[ArmResult]:
@@ -154,12 +155,12 @@ class Arm:
     def _check(self, start: ToolPose, goal: Goal) -> Refusal | None:
         return check_goal(goal, self._limits) or check_path(start, goal.pose, self._limits)
 
-    def _plan(self, number: int, goal: Goal) -> "_Move":
+    def _plan(self, number: int, start: ToolPose, goal: Goal) -> "_Move":
         p = self._parameters
-        length = math.dist(self.pose[:3], goal.pose[:3])
+        length = math.dist(start[:3], goal.pose[:3])
         profile = Trapezoid(length, goal.speed, p.acceleration)
-        turn = abs(goal.pose.yaw - self.pose.yaw) / p.yaw_speed
-        return _Move(number, self.pose, goal.pose, profile, turn, goal.settle)
+        turn = abs(goal.pose.yaw - start.yaw) / p.yaw_speed
+        return _Move(number, start, goal.pose, profile, turn, goal.settle)
 
 
 @dataclass

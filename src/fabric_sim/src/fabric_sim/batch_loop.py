@@ -140,6 +140,7 @@ class HeadlessRun:
         self._task_number = 0
         self._task_state_sent = 0
         self._robot_sequence = 0
+        self._robot_told = False  # since its state was looked at
 
     def _default_decider(self, files: Files) -> Decider:
         first = "proactive" if self._selector else self.setup.policy
@@ -158,7 +159,7 @@ class HeadlessRun:
         seed = task_seed(self.setup.seed, self._task_number)
         self._manager = TaskManager(self._definition, self._task_number, seed, self._counters)
         self._encoder, self._codes = SignalEncoder(), []
-        self._hidden = self._sight = self._posterior = None
+        self._hidden = self._sight = self._posterior = None  # what was told last
         self._belt_due = self._person_due = 0  # ticks in which they have to be told again
         self._choose(seed)
         self._decider.reset()
@@ -202,15 +203,16 @@ class HeadlessRun:
 
     def _on_belt(self, moment: Moment) -> None:
         """Belt and cubes as they are now; nobody needs to hear again what has not changed."""
-        stock, sight = self._cell.stock, self._cell.stock.sight
-        if sight == self._sight and self._cell.tick < self._belt_due:
+        stock = self._cell.stock
+        changes = stock.changes
+        if changes == self._sight and self._cell.tick < self._belt_due:
             return
         self._belt_due = FAR_AWAY
-        conveyor = CONVEYOR[sight.at_pick_point is not None]
+        conveyor = CONVEYOR[stock.belt.at_pick_point is not None]
         self._move(self._motion.on_conveyor(conveyor.cube_at_pick_point), False)
         self._score(moment.t, self._manager.on_conveyor(moment.t, conveyor))
-        if sight != self._sight or self._every_tick:
-            self._sight = sight
+        if changes != self._sight or self._every_tick:
+            self._sight = changes
             cubes = SeenCubes([SeenCube.of(*pair) for pair in stock.seen()])
             self._move(self._motion.on_cubes(cubes), False)
         self._settle()
@@ -279,6 +281,7 @@ class HeadlessRun:
         again: it may now answer otherwise to an empty pick point; that a cube is there it only
         takes note of.
         """
+        self._robot_told = True
         for command in commands:
             self._cell.command(command)
         if (again or commands) and self._cell.stock.belt.at_pick_point is None:
@@ -288,6 +291,9 @@ class HeadlessRun:
         """What has changed becomes known: the robot's state to the person, the task to all."""
         if self._counters.states != self._task_state_sent:
             self._publish_state()
+        if not self._robot_told:
+            return
+        self._robot_told = False
         state = self._motion.state()
         if state.sequence != self._robot_sequence:
             self._robot_sequence = state.sequence

@@ -30,6 +30,7 @@ class Belt:
         self._commanded = 0.0
         self._ignore_sensor = False
         self._blocking: int | None = None
+        self.changes = 0  # of what the light barrier sees, and commands
 
     def load(self, cubes: list[int]) -> None:
         """Clear the belt, stop it and fill the feeder."""
@@ -38,10 +39,12 @@ class Belt:
         self._commanded = 0.0
         self._ignore_sensor = False
         self._blocking = None
+        self.changes += 1
 
     def command(self, speed: float, ignore_sensor: bool) -> None:
         """Run at `speed` m/s, forwards; 0 stops. Raises ValueError as check_speed."""
         check_speed(speed)
+        self.changes += 1
         self._commanded = speed
         self._ignore_sensor = ignore_sensor
 
@@ -142,7 +145,9 @@ class Belt:
     def _look(self) -> None:
         """What the light barrier sees."""
         blocking = [(x, cube) for cube, x in self._places.items() if self._in_beam(x)]
-        self._blocking = max(blocking)[1] if blocking else None
+        foremost = max(blocking)[1] if blocking else None
+        self.changes += foremost != self._blocking
+        self._blocking = foremost
 
     def _to_next_mark(self, x: float) -> float:
         """Way from x m to where a cube comes into the beam, leaves it or falls off the end."""

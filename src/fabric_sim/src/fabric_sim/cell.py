@@ -13,6 +13,7 @@ The same object stands behind the ROS node and in the headless runner.
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -35,7 +36,7 @@ from fabric_sim.sensing import (
     PersonSensor,
     load_sensing,
 )
-from fabric_sim.stock import CubeState, Deposit, Place, Sight, Stock
+from fabric_sim.stock import CubeState, Deposit, Place, Stock
 from fabric_sim.truth import Truth
 from fabric_sim.worker_events import (
     HELD_BY_NOBODY,
@@ -112,7 +113,7 @@ class Cell:
         self._stirred = True  # something was said since the last tick, or to the worker in it
         self._viewed = NOT_THERE  # by the person in the last tick
         self._hidden: Truth | None = None  # as in the last report
-        self._reported: Sight | None = None
+        self._reported = -1  # changes of the stock
         self._commands = Commands()
         self._stirred = True
         self._robot = RobotView()
@@ -149,7 +150,7 @@ class Cell:
 
     def command(self, command: Any) -> None:
         """Take a MotionCommand of the motion agent; it acts from the next tick on."""
-        kind = getattr(command.kind, "name", command.kind)
+        kind = _name_of(command.kind)
         if kind == "MOVE":
             place = (command.x, command.y, command.z)
             self.move(command.number, goal_of(place, command.yaw, command.speed, command.settle))
@@ -271,7 +272,7 @@ class Cell:
 
     def _worth_a_look(self) -> bool:
         """Whether the next report will say anything that the last one did not."""
-        if self.stock.sight != self._reported or self._contents_changed:
+        if self.stock.changes != self._reported or self._contents_changed:
             return True
         if not self._person_sensor.knows(self._behaviour(), self._episode):
             return True
@@ -382,7 +383,7 @@ class Cell:
 
     def _behaviour(self) -> Behaviour:
         worker = self.worker
-        return Behaviour(ACTIVITY[worker.action], worker.looking_around, worker.detected)
+        return _behaviour_of(worker.action, worker.looking_around, worker.detected)
 
     def _hand_target(self) -> Tray:
         mine = [t for t in self.stock.trays if t.owner == Container.OWNER_PERSON]
@@ -395,18 +396,29 @@ class Cell:
         moment.sequence = self._truths
         moment.percept = self._person_sensor.sense(t, self._behaviour(), self._episode)
         moment.hidden = self._hidden = self.worker.truth(t)
-        self._reported = self.stock.sight
+        self._reported = self.stock.changes
         moment.containers = self._read_load_cells(t)
 
     def _read_load_cells(self, t: float) -> ContainerArray | None:
-        for container, cube in self._load_cells.settled(t):
-            self._contents.setdefault(container, []).append(cube)
-            self._contents_changed = True
+        if self._load_cells.wakeup < t + TICK:
+            for container, cube in self._load_cells.settled(t):
+                self._contents.setdefault(container, []).append(cube)
+                self._contents_changed = True
         if not self._contents_changed:
             return None
         self._contents_changed = False
         self._container_changes += 1
         return reports.containers(t, self._container_changes, self.stock, self._contents)
+
+
+@lru_cache
+def _behaviour_of(action: str, looking_around: bool, detected: bool) -> Behaviour:
+    return Behaviour(ACTIVITY[action], looking_around, detected)
+
+
+@lru_cache
+def _name_of(kind: Any) -> str:
+    return getattr(kind, "name", kind)
 
 
 def _time_of(tick: int) -> float:

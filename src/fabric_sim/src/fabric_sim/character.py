@@ -6,7 +6,7 @@ from __future__ import annotations
 import hashlib
 import math
 from dataclasses import dataclass, fields, replace
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -68,7 +68,7 @@ class Character:
         """Return one of `influences` by name."""
         return self.influences[INFLUENCES.index(name)]
 
-    @property
+    @cached_property
     def name(self) -> str:
         """Name of the corner, or "e,s,a,c" with what is needed to read it back."""
         if all(dial in (0.0, 1.0) for dial in self.dials):

@@ -86,7 +86,7 @@ class PersonSensor:
         if not self.knows(behaviour, episode):
             self._actual = (behaviour, episode)
             self._begin(t, behaviour)
-        warning = self._recognise(t)
+        warning = bool(self._coming) and self._recognise(t)
         self.pass_time(t)
         assert self._shown is not None
         age = round(t - self._seen, 6)

@@ -49,14 +49,6 @@ class Deposit(NamedTuple):
     tray: Tray
 
 
-class Sight(NamedTuple):
-    """All that decides where cubes are said to be; as long as it is the same, so are they."""
-
-    moved: int  # how often a cube has changed its place
-    at_pick_point: int | None  # the cube
-    belt_stands: bool
-
-
 class Stock:
     """Belt, hand, suction cup, containers and floor, and the cubes among them."""
 
@@ -68,10 +60,10 @@ class Stock:
         self.belt = Belt(geometry.belt)
         self.trays: tuple[Tray, ...] = ()
         self.cubes: dict[int, CubeState] = {}
-        self.moved = 0  # counts the changes of place
+        self._moved = 0  # counts the changes of place
         self.held_by_person: CubeState | None = None  # in the hand
         self.held_by_robot: CubeState | None = None  # at the suction cup
-        self._turn: tuple[tuple[int, int | None], CubeState | None] | None = None
+        self._turn: tuple[int, CubeState | None] = (-1, None)  # valid at these `changes`
         self._floor: list[tuple[float, int]] = []
         self._deposits: list[Deposit] = []
 
@@ -79,7 +71,7 @@ class Stock:
         """Take everything away and fill the feeder with new cubes."""
         self.trays = trays
         self.cubes = {cube.id: cube for cube in cubes}
-        self.moved += 1
+        self._moved += 1
         self.held_by_person = self.held_by_robot = None
         self._floor = []
         self._deposits = []
@@ -96,9 +88,9 @@ class Stock:
     @property
     def in_play(self) -> CubeState | None:
         """The cube whose turn it is: in a hand, at the pick point, next on the belt or to come."""
-        known_by = (self.moved, self.belt.at_pick_point)
-        if self._turn is None or self._turn[0] != known_by:
-            self._turn = (known_by, self._find_in_play())
+        changes = self.changes
+        if self._turn[0] != changes:
+            self._turn = (changes, self._find_in_play())
         return self._turn[1]
 
     def _find_in_play(self) -> CubeState | None:
@@ -112,9 +104,9 @@ class Stock:
         return self.cubes[waiting[0]] if waiting else None
 
     @property
-    def sight(self) -> Sight:
-        """What a camera and the sensor at the pick point go by."""
-        return Sight(self.moved, self.belt.at_pick_point, self.belt.speed == 0.0)
+    def changes(self) -> int:
+        """Grows whenever a cube may be said to be elsewhere than before."""
+        return self._moved + self.belt.changes
 
     def seen(self) -> list[tuple[CubeState, int]]:
         """Every cube in view and where a camera would say it is, Cube.WHERE_*."""
@@ -223,7 +215,7 @@ class Stock:
         elif place is Place.ROBOT:
             self.held_by_robot = cube
         cube.place = place
-        self.moved += 1
+        self._moved += 1
 
     def _take(self, cube: CubeState | None, place: Place) -> bool:
         held = self.held_by_person if place is Place.PERSON else self.held_by_robot

@@ -12,7 +12,6 @@ Thesis Fig. 6.3. A task walks through these phases; each has a time limit, count
     DONE    the last cube is somewhere
 """
 
-import copy
 import enum
 import math
 from dataclasses import dataclass
@@ -93,7 +92,9 @@ class TaskManager:
     @property
     def state(self) -> TaskState:
         """A copy of the task as it is now; its sequence has risen when anything changed."""
-        state = copy.copy(self._state)  # its header and rules are never changed, only replaced
+        state = TaskState.__new__(TaskState)
+        for name in TaskState.__slots__:  # header and rules are never changed in place
+            setattr(state, name, getattr(self._state, name))
         state.rules, state.cube_colours = list(state.rules), list(state.cube_colours)
         return state
 
