@@ -52,28 +52,38 @@ def status(folder: Path) -> str:
     return json.loads((folder / "run.json").read_text())["status"]
 
 
-def headless(folder: Path, *words: str) -> str:
-    """The results file of the same words through the headless runner."""
+def event_log(told: str) -> str:
+    """The hash of the event log in what a run said."""
+    (line,) = [line for line in told.splitlines() if line.startswith("event log ")]
+    return line.split()[-1]
+
+
+def headless(folder: Path, *words: str) -> tuple[str, str]:
+    """The results file and the event log's hash of the same words through the headless runner."""
     checked = arguments.parse("batch", [f"out_dir:={folder}", *words])
     command = [sys.executable, "-m", "fabric_sim.batch"]
     command += [f"{name}:={value}" for name, value in checked.items()]
-    subprocess.run(command, check=True, timeout=DEADLINE, stdout=subprocess.DEVNULL)
-    return (folder / "results.csv").read_text()
+    done = subprocess.run(command, check=True, timeout=DEADLINE, text=True, stdout=subprocess.PIPE)
+    return (folder / "results.csv").read_text(), event_log(done.stdout)
 
 
 def test_the_same_seed_gives_the_same_results_file(tmp_path):
-    for name in ("first", "second"):
-        run(tmp_path / name, "tasks:=3", "seed:=3", "record:=false", "human:=mixed")
+    logs = [
+        event_log(run(tmp_path / name, "tasks:=3", "seed:=3", "record:=false", "human:=mixed"))
+        for name in ("first", "second")
+    ]
     first, second = ((tmp_path / name / "results.csv").read_text() for name in ("first", "second"))
     assert first == second
     assert len(first.splitlines()) == 4
+    assert logs[0] == logs[1]
 
 
 @pytest.mark.parametrize(("scenario", "tasks"), [("inspection", 4), ("sorting", 1)])
-def test_the_graph_and_the_headless_runner_give_the_same_results_file(tmp_path, scenario, tasks):
+def test_the_graph_and_the_headless_runner_give_the_same_files(tmp_path, scenario, tasks):
     words = (f"scenario:={scenario}", f"tasks:={tasks}", "seed:=5", "human:=mixed")
-    run(tmp_path / "graph", *words, "record:=false")
-    assert (tmp_path / "graph/results.csv").read_text() == headless(tmp_path / "headless", *words)
+    told = run(tmp_path / "graph", *words, "record:=false")
+    results = (tmp_path / "graph/results.csv").read_text()
+    assert (results, event_log(told)) == headless(tmp_path / "headless", *words)
 
 
 def test_a_run_ends_by_itself_with_a_table_and_closed_bags(tmp_path):

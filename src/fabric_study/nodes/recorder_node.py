@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""ROS node of the record: one closed bag and one row of results.csv a task."""
+"""ROS node of the record: of each task a closed bag, a row of results.csv, lines of events.csv."""
 
 import os
 import sys
@@ -24,6 +24,7 @@ from fabric_msgs.msg import (
     TypeBelief,
 )
 from fabric_msgs.traffic import Traffic
+from fabric_study.event_log import LOG_FILE, EventLogWriter
 from fabric_study.meter import TaskMeter, policy_name
 from fabric_study.results import ResultsWriter, TimingWriter
 
@@ -70,6 +71,7 @@ class RecorderNode:
         self._human, self._policy = human, policy_name(policy)
         self._results = ResultsWriter(folder / "results.csv")
         self._timing = TimingWriter(folder / "timing.csv")
+        self._log = EventLogWriter(folder / LOG_FILE)
         self._meter: TaskMeter | None = None
         self._bag: BagFile | None = None
         self._ended: TaskState | None = None
@@ -182,6 +184,7 @@ class RecorderNode:
         if self._guard is not None:
             self._guard.cancel()
         self._results.write(self._meter.row())
+        self._log.write_task(self._meter.log())
         self._timing.write_decisions(self._policy, self._meter.decisions())
         self._meter = self._ended = self._guard = None
         self._close_bag()

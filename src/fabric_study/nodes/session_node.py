@@ -12,6 +12,7 @@ import actionlib
 import rospy
 
 from fabric_msgs.msg import Heartbeat, ModelInfo, RunTaskAction, RunTaskGoal, RunTaskResult
+from fabric_study.event_log import digest_line
 from fabric_study.progress import progress_line
 from fabric_study.readiness import Readiness
 from fabric_study.results import read_results, read_timing, summary_text
@@ -135,6 +136,7 @@ class Session:
             text = summary_text(read_results(results), read_timing(timing))
             (self._folder / "summary.txt").write_text(text, encoding="utf-8")
             say("\n" + text)
+            say(digest_line(self._folder))
         for path in sorted(self._folder.glob("*.bag")):
             say(f"bag      {path}")
         say(f"results  {results}")

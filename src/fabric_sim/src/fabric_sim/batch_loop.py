@@ -32,6 +32,7 @@ from fabric_sim.sensing import Percept
 from fabric_sim.staff import Staff
 from fabric_sim.stock import CubeState
 from fabric_sim.worker import Worker
+from fabric_study.event_rows import LogRow
 from fabric_study.meter import TaskMeter, TrueMoment
 from fabric_study.task_manager import Counters, TaskManager
 from fabric_study.tasks import load_definition, task_seed
@@ -170,6 +171,10 @@ class HeadlessRun:
         self._run_to_the_end()
         self._tell_type_belief()
         return TaskResult(self._meter.row(), self._meter.decisions(), self._codes)
+
+    def event_log(self) -> list[LogRow]:
+        """Everything that happened in the last task, as the lines of events.csv."""
+        return self._meter.log()
 
     # -- ticks: the order of docs/time.md ---------------------------------------------------------
 

@@ -22,6 +22,7 @@ from fabric_msgs.msg import (
     TaskState,
     TypeBelief,
 )
+from fabric_study.event_rows import LogRow, log_rows
 from fabric_study.stamps import to_seconds
 
 Value = int | float | str | None
@@ -167,6 +168,12 @@ class TaskMeter:
     def decisions(self) -> list[Decision]:
         """Return the decisions in order."""
         return [self._decisions[sequence] for sequence in sorted(self._decisions)]
+
+    def log(self) -> list[LogRow]:
+        """Return everything that happened in the task, in order (see event_rows)."""
+        return log_rows(
+            self._policy, self._state, self._events, self._observations, self._decisions
+        )
 
     def row(self) -> dict[str, Value]:
         """Return the row in the order of COLUMNS; what is undefined is None."""
