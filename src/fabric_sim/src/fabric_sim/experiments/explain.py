@@ -9,7 +9,7 @@ import numpy as np
 
 from fabric_sim.character import Character
 from fabric_sim.experiments.likelihood import Filter
-from fabric_sim.experiments.tables import Tables, Watching
+from fabric_sim.experiments.tables import Tables
 from fabric_sim.experiments.trials import (
     NOTHING,
     PERSON_FAILED,
@@ -20,6 +20,7 @@ from fabric_sim.experiments.trials import (
     WARN,
     Trial,
 )
+from fabric_sim.experiments.watching import Watching
 from fabric_sim.worker_model import History, ModelLibrary, effective_character
 from fabric_sim.worker_parameters import WorkerParameters
 

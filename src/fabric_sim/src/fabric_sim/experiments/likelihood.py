@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fabric_sim.experiments.modes import INDEX, MODES, REPORTED
-from fabric_sim.experiments.tables import Tables, survival
+from fabric_sim.experiments.tables import Tables
 from fabric_sim.experiments.trials import (
     NOTHING,
     PERSON_FAILED,
@@ -29,6 +29,7 @@ from fabric_sim.experiments.trials import (
     UNSEEN,
     Trial,
 )
+from fabric_sim.experiments.watching import survival
 from fabric_sim.worker_parameters import STATES
 
 _AWAY = ("leave", "rest", "come_back")

@@ -14,7 +14,7 @@ from fabric_sim.character import CORNERS
 from fabric_sim.experiments.explain import Explainer
 from fabric_sim.experiments.jobs import run_jobs
 from fabric_sim.experiments.recorder import ROBOTS, simulated_trials
-from fabric_sim.experiments.tables import Watching
+from fabric_sim.experiments.watching import Watching
 
 TYPES = tuple(CORNERS)
 SHORT = {

@@ -16,8 +16,8 @@ from fabric_sim.experiments.dial_fit import Exploration, Fit
 from fabric_sim.experiments.explain import Explainer, persistence_scores, uniform_scores
 from fabric_sim.experiments.jobs import run_jobs
 from fabric_sim.experiments.likelihood_matrix import Explained, explained
-from fabric_sim.experiments.tables import Watching
 from fabric_sim.experiments.trials import Trial, by_person
+from fabric_sim.experiments.watching import Watching
 from fabric_sim.experiments.watching_fit import watching_of_people
 
 #: Predictions of held-out tasks: the fit, the baselines of the issue, two more for orientation.
@@ -29,8 +29,8 @@ GATED = ("uniform", "best known type")
 class PersonResult:
     """One person.
 
-    types: how the 16 known types explain all tasks. predictions: (n_tasks, 5) log-likelihood of each
-    task by PREDICTORS that saw the other tasks; None with a single task.
+    types: how the 16 known types explain all tasks. predictions: (n_tasks, 5) log-likelihood of
+    each task by PREDICTORS that saw the other tasks; None with a single task.
     """
 
     name: str

@@ -3,7 +3,9 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,8 +14,9 @@ import fabric_planner as fp
 from fabric_msgs.msg import Decision, HumanActivity, Observation, RobotActionState, TaskState
 from fabric_sim.batch_loop import Files, HeadlessRun, RunSetup
 from fabric_sim.character import human_of_task, named_generator
-from fabric_sim.experiments.trials import CANCEL, FLAGS, ROBOT_ACTIONS, Trial, gridded
+from fabric_sim.experiments.trials import CANCEL, FLAGS, ROBOT_ACTIONS, Trial, gridded, write_rows
 from fabric_sim.sensing import Behaviour
+from fabric_sim.staff import Staff
 from fabric_sim.truth import Truth
 from fabric_sim.worker import Worker
 from fabric_sim.worker_model import ModelLibrary
@@ -215,3 +218,33 @@ def simulated_trials(
 
 def _text(rows: list[dict[str, Any]]) -> list[dict[str, str]]:
     return [{**dict.fromkeys(FLAGS, ""), **row} for row in rows]
+
+
+#: The recordings that come with the package: who, under which root seed. None is a known type.
+SHIPPED = {
+    "simulated01": ("0.85,0.9,0.9,0.3", 121),
+    "simulated02": ("0.35,0.7,0.8,0.8", 122),
+    "simulated03": ("0.6,0.3,0.6,0.6", 123),
+    "simulated04": ("0.7,0.8,0.25,0.15", 124),
+}
+_SHIFTS = (("proactive", 2), ("reactive", 2))  # robot, tasks; one person, who tires and learns
+
+
+def write_shipped(folder: Path) -> list[Path]:
+    """Record the people of SHIPPED sorting beside two robots; return the files written."""
+    folder.mkdir(parents=True, exist_ok=True)
+    paths = []
+    for person, (dials, seed) in SHIPPED.items():
+        staff = Staff(dials, seed)
+        for robot, tasks in _SHIFTS:
+            run = RecordedRun(RunSetup("sorting", dials, robot, seed), staff=staff)
+            for _ in range(tasks):
+                number = sum(path.name.startswith(person) for path in paths) + 1
+                paths.append(folder / f"{person}_task{number}_{robot}.csv")
+                write_rows(paths[-1], run.record_task())
+    return paths
+
+
+if __name__ == "__main__":
+    for written in write_shipped(Path(sys.argv[1])):
+        print(written)

@@ -15,8 +15,8 @@ from functools import partial
 from fabric_sim.character import Character
 from fabric_sim.experiments.explain import Explainer
 from fabric_sim.experiments.jobs import run_jobs
-from fabric_sim.experiments.tables import Watching
 from fabric_sim.experiments.trials import Trial, by_person
+from fabric_sim.experiments.watching import Watching
 
 #: Values that are tried, from least to most.
 LADDERS: dict[str, tuple[float, ...]] = {
