@@ -5,7 +5,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import cache
 from pathlib import Path
+from typing import Any, TypeVar
 
 import rospkg
 import yaml
@@ -13,18 +15,45 @@ import yaml
 import fabric_planner as fp
 from fabric_abps import Library, Selector, SelectorParameters, TrainedModels
 from fabric_sim.cell import CellConfig
+from fabric_study.tasks import TaskDefinition, load_definition
+
+SOLVER_WORK = 3e9  # multiplications that solving a model may take; about a second
+SOLVER_TIME = 600.0  # s of CPU time; a guard, the work ends before
+SOLVER_GAP = 0.01  # upper minus lower bound that is good enough
+Kept = TypeVar("Kept")
+
+
+@cache
+def _share(package: str) -> Path:
+    return Path(rospkg.RosPack().get_path(package))
 
 
 @dataclass
 class Files:
-    """Where the packages keep their models and numbers."""
+    """Where the packages keep their models and numbers; what many runs need is read once."""
 
-    share: Callable[[str], Path] = field(
-        default_factory=lambda: lambda package: Path(rospkg.RosPack().get_path(package))
-    )
+    share: Callable[[str], Path] = _share
+    _kept: dict[tuple[str, ...], Any] = field(default_factory=dict)
 
     def cell(self) -> CellConfig:
         """Geometry, limits, arm and sensors."""
+        return self._once(self._read_cell, "cell")
+
+    def definition(self, scenario: str) -> TaskDefinition:
+        """The task definition of a name or a .yaml file."""
+        return self._once(lambda: load_definition(scenario), "definition", scenario)
+
+    def motion(self) -> fp.MotionConfig:
+        """Places and speeds of the robot's actions."""
+        path = self.share("fabric_planner") / "config/motion.yaml"
+        return self._once(lambda: fp.MotionConfig.load(str(path)), "motion")
+
+    def _once(self, read: Callable[[], Kept], *key: str) -> Kept:
+        if key not in self._kept:
+            self._kept[key] = read()
+        return self._kept[key]
+
+    def _read_cell(self) -> CellConfig:
         sim = self.share("fabric_sim") / "config"
         return CellConfig.load(
             self.share("fabric_bringup") / "config/cell.yaml",
@@ -40,6 +69,16 @@ class Files:
         models = self.share("fabric_planner") / "models"
         return models / (f"{policy}.pomdpx" if policy == "none" else f"{scenario}_{policy}.pomdpx")
 
+    def solve(self, policy: str, scenario: str) -> fp.AlphaVectors:
+        """Solve a policy's model beforehand; equal on every machine."""
+        model = fp.load(self.model(policy, scenario))
+        return fp.solve(model, time=SOLVER_TIME, gap=SOLVER_GAP, work=SOLVER_WORK).lower
+
+    def offline_agent(self, model: Path, solved: fp.AlphaVectors) -> fp.DecisionAgent:
+        """What decides without a search, by a model that was solved beforehand."""
+        limits = fp.PlannerOptions(max_nodes=1)
+        return fp.DecisionAgent(str(model), limits, solver="offline", policy=solved)
+
     def agent(self, model: Path) -> fp.DecisionAgent:
         """What decides, set up as the decision node is."""
         path = self.share("fabric_planner") / "config/decision.yaml"
@@ -53,10 +92,6 @@ class Files:
             policy=policy,
             fallback=values["fallback_action"],
         )
-
-    def motion(self) -> Path:
-        """Places and speeds of the robot's actions."""
-        return self.share("fabric_planner") / "config/motion.yaml"
 
     def selector(self, scenario: str) -> Selector:
         """ABPS over the shipped library with its trained models."""

@@ -35,7 +35,7 @@ from fabric_sim.worker import Worker
 from fabric_study.event_rows import LogRow
 from fabric_study.meter import TaskMeter, TrueMoment
 from fabric_study.task_manager import Counters, TaskManager
-from fabric_study.tasks import load_definition, task_seed
+from fabric_study.tasks import task_seed
 
 __all__ = ["Files", "HeadlessRun", "RunSetup", "TaskResult"]
 
@@ -129,10 +129,10 @@ class HeadlessRun:
         that cannot be used."""
         self.setup = setup
         files = files or Files()
-        self._definition = load_definition(setup.scenario)
+        self._definition = files.definition(setup.scenario)
         self._selector = files.selector(setup.scenario) if setup.policy == "abps" else None
         self._decider = decider or self._default_decider(files)
-        self._motion = fp.MotionAgent(str(files.motion()))
+        self._motion = fp.MotionAgent(files.motion())
         self._observer = ObservationAgent()
         self._staff = staff or Staff(setup.human, setup.seed)
         self._cell = Cell(self._cell_config(files), self._staff.worker(1), setup.seed)
