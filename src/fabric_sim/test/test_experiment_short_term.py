@@ -137,6 +137,16 @@ def test_a_scenario_repeats_and_its_rows_fit_each_other(tmp_path):
             assert row["stage2_accuracy"] == row["stage2_right"] / row["stage2_judged"]
 
 
+def test_people_alone_do_well_at_first_and_badly_later(tmp_path):
+    early, late = [], []
+    for seed in range(SEED, SEED + 6):
+        rows = run_scenario(ScenarioJob("none", 0.0, seed, 40, tmp_path)).rows
+        early += [row["success"] for row in rows[:10]]
+        late += [row["success"] for row in rows[-15:]]
+    assert np.mean(early) >= 0.95
+    assert np.mean(late) <= 0.80
+
+
 def test_a_moving_mean_looks_back_and_leaves_out_what_is_undefined():
     table = np.array([[1.0, 2.0, np.nan, 6.0]])
     assert moving(table, window=2).tolist() == [[1.0, 1.5, 2.0, 6.0]]
@@ -202,6 +212,7 @@ def small_run(tmp_path_factory):
     """Folder of a study of two scenarios with three tasks."""
     folder = tmp_path_factory.mktemp("study") / "run"
     words = ["--scenarios", "2", "--tasks", "3", "--seed", str(SEED), "--noise", "0.1"]
+    words += ["--jobs", "1"]
     assert command.main(["short-term", *words, "--out", str(folder)]) == 0
     return folder
 
@@ -260,9 +271,9 @@ def test_tests_and_confusion_are_written(small_run):
 def test_the_number_of_processes_changes_nothing(tmp_path):
     words = ["--scenarios", "2", "--tasks", "2", "--seed", str(SEED), "--noise", "0.1"]
     words += ["--robots", "proactive,reactive"]
-    for jobs in ("1", "3"):
+    for jobs in ("1", "2"):
         assert short_term.main([*words, "--jobs", jobs, "--out", str(tmp_path / jobs)]) == 0
-    one, other = ((tmp_path / jobs / "results.csv").read_bytes() for jobs in ("1", "3"))
+    one, other = ((tmp_path / jobs / "results.csv").read_bytes() for jobs in ("1", "2"))
     assert one == other
 
 
