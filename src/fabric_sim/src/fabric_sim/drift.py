@@ -22,7 +22,7 @@ import yaml
 from .character import Character, named_generator
 from .worker import Worker
 from .worker_model import ModelLibrary
-from .worker_parameters import WorkerParameters, known, number
+from .worker_parameters import WorkerParameters, default_path, known, number
 
 NORMAL = "normal"
 DIALS = tuple(field.name for field in fields(Character))
@@ -84,7 +84,7 @@ class DriftParameters:
     @classmethod
     def load(cls, path: Path | None = None) -> DriftParameters:
         """Read a file, by default the package's. Raises DriftError naming file, entry and value."""
-        path = path or Path(__file__).resolve().parents[2] / "config" / "drift.yaml"
+        path = path or default_path().with_name("drift.yaml")
         try:
             content = yaml.safe_load(Path(path).read_text(encoding="utf-8"))
         except (OSError, yaml.YAMLError) as error:
