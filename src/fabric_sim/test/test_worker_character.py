@@ -54,6 +54,15 @@ def test_a_bad_type_is_refused_by_value_with_the_allowed_ones(text, named):
         assert word in str(refusal.value)
 
 
+@pytest.mark.parametrize("dial_name", ["expertise", "stamina", "attention", "collaborativeness"])
+@pytest.mark.parametrize("value", [float("nan"), float("inf"), 1.2, -0.1, "0.5", None, True])
+def test_a_bad_dial_is_refused_by_name_and_value(dial_name, value):
+    with pytest.raises(CharacterError) as refusal:
+        Character(0.5, 0.5, 0.5, 0.5).with_dials(**{dial_name: value})
+    assert dial_name in str(refusal.value)
+    assert (f"{value:g}" if type(value) is float else repr(value)) in str(refusal.value)
+
+
 def test_random_needs_a_generator():
     with pytest.raises(CharacterError, match="generator"):
         Character.parse("random")

@@ -10,13 +10,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from worker_bench import LIBRARY, MIDDLING, PARAMETERS
 
-from fabric_sim.character import CORNERS, Character
+from fabric_sim.character import CORNERS, Character, named_generator
 from fabric_sim.worker_model import (
     ACTION_INDEX,
     STATE_INDEX,
     History,
     ModelLibrary,
     TransitionTables,
+    conditioned,
     effective_character,
 )
 from fabric_sim.worker_parameters import (
@@ -54,6 +55,18 @@ def test_rows_sum_to_one_whatever_the_dials_and_the_history(character, history):
     assert np.isfinite(model.R).all()
 
 
+def test_rows_sum_to_one_for_ten_thousand_random_people_and_histories():
+    rng = named_generator(101, "people")
+    tables = TransitionTables(PARAMETERS.model)
+    for unwanted, work, practised in rng.exponential(30.0, (10_000, 3)):
+        history = History(unwanted, work, practised)
+        person = effective_character(Character(*rng.random(4)), history, PARAMETERS.history)
+        T = tables.matrix(person)
+        for rows in (T, conditioned(T)):
+            assert rows.min() >= 0.0
+            assert abs(rows.sum(axis=2) - 1.0).max() < 1e-12
+
+
 @settings(max_examples=100)
 @given(characters, st.sampled_from(["expertise", "stamina", "attention", "collaborativeness"]))
 def test_transitions_and_rewards_change_smoothly_with_the_dials(character, name):
@@ -70,6 +83,7 @@ def test_success_and_failure_are_absorbing_and_pay_nothing_more():
     for end in ("success", "failure"):
         s = STATE_INDEX[end]
         assert (model.T[:, s, s] == 1.0).all()
+        assert (model.now[:, s, s] == 1.0).all()
         assert (model.R[:, s] == 0.0).all()
 
 

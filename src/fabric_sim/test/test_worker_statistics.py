@@ -3,25 +3,37 @@
 
 import functools
 
+import numpy as np
 import pytest
-from worker_bench import LIBRARY, PARAMETERS, new_worker
-
-from fabric_sim.character import CORNERS, Character
-from fabric_sim.worker_table import (
-    RECORDED,
+from scripted_task import (
     T_MAX,
-    decay,
-    figures,
-    print_tables,
-    run_inspection,
+    day_alone,
+    first_left,
+    mean,
+    new_person,
+    run_alone,
+    run_helped,
 )
 
+from fabric_sim.character import CORNERS, Character
+from fabric_sim.experiments.recorded_types import RECORDED
+
 TASKS = 150
+SEEDS, TASKS_A_SEED = range(101, 121), 40
 
 
 @functools.cache
-def of(character):
-    return figures("", character, TASKS, 1, PARAMETERS, LIBRARY)
+def alone(character):
+    return [run_alone(new_person(character), seed) for seed in range(TASKS)]
+
+
+@functools.cache
+def helped(character):
+    return [run_helped(new_person(character), seed) for seed in range(TASKS)]
+
+
+def success(records):
+    return mean(record.success for record in records)
 
 
 def corner(**dials):
@@ -29,39 +41,97 @@ def corner(**dials):
 
 
 def test_experts_succeed_nearly_always_and_beginners_clearly_less():
-    assert of(corner()).success_alone > 0.97
-    assert of(corner(stamina=0)).success_alone > 0.88
-    assert 0.5 < of(corner(expertise=0)).success_alone < 0.85
-    assert of(corner(expertise=0, stamina=0)).success_alone < 0.55
+    assert success(alone(corner())) > 0.97
+    assert success(alone(corner(stamina=0))) > 0.85
+    assert 0.3 < success(alone(corner(expertise=0))) < 0.8
+    assert success(alone(corner(expertise=0, stamina=0))) < 0.5
 
 
+# -- monotone dials: the same seeds for every value of a dial --
+
+BASES = (
+    Character(0.5, 0.5, 0.5, 0.5),
+    corner(),
+    corner(expertise=0.2),
+    Character(0.5, 0.2, 0.9, 0),
+)
+STEPS = (0.0, 0.5, 1.0)
+
+
+def by_seed(run, character, measure, tasks=TASKS_A_SEED):
+    """Mean of a measure for each seed, (seeds,); the people of a seed meet the same chances."""
+    return np.array(
+        [
+            mean(measure(run(new_person(character), 1000 * seed + k)) for k in range(tasks))
+            for seed in SEEDS
+        ]
+    )
+
+
+def rises(series, slack):
+    """Whether the means of a series over seeds never fall by more than the slack."""
+    means = [values.mean() for values in series]
+    return all(high >= low - slack for low, high in zip(means, means[1:], strict=False))
+
+
+@pytest.mark.parametrize("base", BASES, ids=lambda base: base.name)
 @pytest.mark.parametrize("dial", ["expertise", "stamina", "attention"])
-def test_a_higher_dial_does_not_lower_success_nor_slow_down(dial):
-    for rest in (corner(), Character(0.5, 0.5, 0.5, 0.5), corner(expertise=0.2)):
-        low, high = of(rest.with_dials(**{dial: 0.0})), of(rest.with_dials(**{dial: 1.0}))
-        assert high.success_alone >= low.success_alone - 0.03
-        assert high.time_alone < low.time_alone + 0.5
+def test_a_higher_dial_never_lowers_success(dial, base):
+    series = [
+        by_seed(run_alone, base.with_dials(**{dial: x}), lambda record: record.success)
+        for x in STEPS
+    ]
+    assert rises(series, slack=0.01)
+
+
+@pytest.mark.parametrize("base", BASES, ids=lambda base: base.name)
+@pytest.mark.parametrize("dial", ["expertise", "stamina", "attention"])
+def test_a_higher_dial_never_makes_a_task_longer(dial, base):
+    series = [
+        -by_seed(run_alone, base.with_dials(**{dial: x}), lambda record: record.duration)
+        for x in STEPS
+    ]
+    assert rises(series, slack=0.3)
+
+
+@pytest.mark.parametrize("base", [corner(expertise=0), Character(0.5, 0.5, 0, 0)])
+def test_more_collaborativeness_never_raises_the_refusals(base):
+    series = [
+        -by_seed(
+            run_helped, base.with_dials(collaborativeness=x), lambda record: record.refusals, 6
+        )
+        for x in STEPS
+    ]
+    assert rises(series, slack=0.02)
+    assert series[-1].mean() > series[0].mean() + 0.2
+
+
+# -- beside a robot --
+
+
+def refused(records):
+    return sum(r.refusals for r in records) / sum(r.interferences for r in records)
 
 
 def test_reluctance_brings_warnings():
     for rest in (corner(expertise=0), corner(attention=0, expertise=0.5)):
-        low = of(rest.with_dials(collaborativeness=0.0))
-        assert low.refused > of(rest).refused + 0.2
+        low = rest.with_dials(collaborativeness=0.0)
+        assert refused(helped(low)) > refused(helped(rest)) + 0.2
 
 
 def test_a_robot_that_takes_over_late_helps_whoever_needs_it():
     for character in CORNERS.values():
-        row = of(character)
-        assert row.success_with_robot >= row.success_alone - 0.03
-    assert of(corner(expertise=0, stamina=0)).success_with_robot > 0.85
-    assert of(corner()).by_robot < 0.05
+        assert success(helped(character)) >= success(alone(character)) - 0.03
+    assert success(helped(corner(expertise=0, stamina=0))) > 0.8
+    assert mean(not record.by_person for record in helped(corner())) < 0.05
+
+
+# -- breaks and days --
 
 
 @pytest.mark.parametrize("name", sorted(CORNERS))
 def test_nobody_walks_away_at_the_very_start(name):
-    left = [
-        run_inspection(new_worker(CORNERS[name], seed), seed).first_left for seed in range(TASKS)
-    ]
+    left = [first_left(record) for record in alone(CORNERS[name])]
     early = [t for t in left if t is not None and t < 5.0]
     assert len(early) <= 0.05 * TASKS
     assert all(t > 1.0 for t in left if t is not None)
@@ -69,8 +139,7 @@ def test_nobody_walks_away_at_the_very_start(name):
 
 def test_the_tired_leave_and_the_rested_do_not():
     def leaving(character):
-        runs = [run_inspection(new_worker(character, seed), seed) for seed in range(TASKS)]
-        return sum(run.first_left is not None for run in runs) / TASKS
+        return mean(first_left(record) is not None for record in alone(character))
 
     assert leaving(corner(expertise=0, stamina=0)) > 0.3
     assert leaving(corner(expertise=0)) < 0.02
@@ -78,25 +147,22 @@ def test_the_tired_leave_and_the_rested_do_not():
 
 def test_a_day_alone_wears_people_out():
     for character in (corner(expertise=0), Character(0.5, 0.5, 0.5, 0.5)):
-        rates = decay(character, 40, 3, PARAMETERS, LIBRARY)
+        rates = day_alone(character, 60, 3)
         assert rates[3] < rates[0] - 0.02
 
 
-def test_figures_are_near_the_recorded_behaviour():
-    for character, *_, (least, most) in RECORDED.values():
-        assert least - 0.1 < of(character).success_per_grasp < most + 0.1
+# -- beside the recordings --
+
+
+@pytest.mark.parametrize("recorded", RECORDED, ids=lambda recorded: recorded.name)
+def test_grasps_of_the_recorded_types_lift_as_often_as_recorded(recorded):
+    outcomes = [lifted for record in alone(recorded.character) for lifted in record.attempts]
+    least, most = recorded.lifted
+    chance = 3.0 * np.sqrt(0.25 / len(outcomes))
+    assert least - 0.05 - chance < mean(outcomes) < most + 0.05 + chance
 
 
 def test_a_lost_package_is_lost_at_the_time_limit():
-    runs = [run_inspection(new_worker(corner(expertise=0, stamina=0), s), s) for s in range(20)]
-    assert {run.success for run in runs} == {True, False}
-    assert all(run.duration == pytest.approx(T_MAX) for run in runs if not run.success)
-
-
-def test_the_table_prints_every_type(capsys):
-    print_tables(4, 1, as_json=False)
-    text = capsys.readouterr().out
-    for name in (*CORNERS, *RECORDED):
-        assert name in text
-    print_tables(2, 1, as_json=True)
-    assert capsys.readouterr().out.count("\n") == len(CORNERS) + 2 * len(RECORDED)
+    records = alone(corner(expertise=0, stamina=0))
+    assert {record.success for record in records} == {True, False}
+    assert all(r.duration == pytest.approx(T_MAX) for r in records if not r.success)

@@ -7,6 +7,7 @@ import hashlib
 import math
 from dataclasses import dataclass, fields, replace
 from functools import cached_property, lru_cache
+from numbers import Real
 
 import numpy as np
 
@@ -37,7 +38,7 @@ class Character:
 
     expertise 0 beginner .. 1 expert, stamina 0 tired .. 1 rested, attention 0 distracted ..
     1 attentive, collaborativeness 0 noncollaborative .. 1 collaborative.
-    Raises CharacterError naming the dial when a value is not finite or outside [0, 1].
+    Raises CharacterError naming the dial when a value is not a finite number in [0, 1].
     """
 
     expertise: float
@@ -47,7 +48,10 @@ class Character:
 
     def __post_init__(self) -> None:
         for field in fields(self):
-            value = float(getattr(self, field.name))
+            value = getattr(self, field.name)
+            if isinstance(value, bool) or not isinstance(value, Real):
+                raise CharacterError(f"{field.name} is {value!r}; allowed: a number in [0, 1]")
+            value = float(value)
             if not math.isfinite(value):
                 raise CharacterError(f"{field.name} is {value}; allowed: a number in [0, 1]")
             if not 0.0 <= value <= 1.0:

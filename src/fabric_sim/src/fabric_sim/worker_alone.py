@@ -117,13 +117,17 @@ class LoneWorker:
 
     def _grasp(self, t: float) -> None:
         """Lift and place, or fail to lift; light cubes are always lifted when sorting."""
-        index = self._model.sample_next(STATE_INDEX[self.state], ACTION_INDEX["grasp"], self._rng)
-        outcome = STATES[index]
+        outcome = self._outcome_of_grasp()
         if self._sorting or outcome == "success":
             self._agenda.add(t + self._timing.reach.draw(self._rng, self._slow), self._pick)
         else:
             end = t + self._timing.failed_attempt.draw(self._rng, self._slow)
             self._agenda.add(end, lambda now: self._fail(now, outcome))
+
+    def _outcome_of_grasp(self) -> str:
+        """Draw the state that a grasp begun now leads to."""
+        grasp = ACTION_INDEX["grasp"]
+        return STATES[self._model.sample_next(STATE_INDEX[self.state], grasp, self._rng)]
 
     def _fail(self, t: float, state: str) -> None:
         """Let go: the hands return before anything else begins."""
