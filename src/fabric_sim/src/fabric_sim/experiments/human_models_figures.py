@@ -92,15 +92,17 @@ def dials_figure(people: Sequence[PersonResult]) -> str:
 def _dial_axis(panel: plt.Axes, name: str) -> None:
     low, high = ENDS[name]
     panel.set_xlim(-0.05, 1.05)
-    panel.set_xticks((0.0, 0.5, 1.0), (f"0\n{low}", "0.5", f"1\n{high}"), size=7.5)
+    panel.set_xticks((0.0, 0.5, 1.0), ("0", "0.5", "1"), size=7.5)
+    panel.set_xlabel(f"{low}  ↔  {high}", size=7.5)
     panel.set_title(name)
-    panel.grid(axis="x", color="#eee")
+    panel.set_axisbelow(True)
+    panel.grid(axis="x", color="#eee", zorder=0)
 
 
 def recovery_figure(recovery: Recovery) -> str:
     """Return true against fitted dials, with intervals; those that miss the truth in red."""
     with plt.rc_context({**STYLE, "axes.spines.right": False}):
-        figure, axes = plt.subplots(1, 4, figsize=(11.0, 3.2), sharey=True, layout="constrained")
+        figure, axes = plt.subplots(1, 4, figsize=(11.0, 3.4), sharey=True, layout="constrained")
         for d, name in enumerate(DIALS):
             panel = axes[d]
             panel.plot((0, 1), (0, 1), color="#bbb", lw=1)
@@ -117,7 +119,6 @@ def recovery_figure(recovery: Recovery) -> str:
             panel.set_xlim(-0.05, 1.05)
             panel.set_ylim(-0.05, 1.05)
             panel.set_xlabel("true")
-            panel.set_aspect("equal")
         axes[0].set_ylabel("fitted, with 95 % interval")
         return _svg(figure)
 
@@ -150,5 +151,5 @@ def prediction_figure(result: PeopleResult) -> str:
             panel.set_xlabel("held-out task")
         axes[0].set_ylabel("nats")
         if len(result.people) <= 8:
-            axes[1].legend(frameon=False, fontsize=7.5, ncols=2)
+            axes[1].legend(frameon=False, fontsize=7.5, bbox_to_anchor=(1.0, 1.0), loc="upper left")
         return _svg(figure)

@@ -135,7 +135,7 @@ def recovery_table(recovery: Recovery) -> Lines:
 
 def watching_table(people: PeopleResult) -> Lines:
     """Return the numbers that say how each person was watched."""
-    names = ("held", "hidden", "report", "wait", "slip", "stray_event")
+    names = ("held", "hidden", "report", "wait", "slip", "stray_event", "carried", "remembered")
     lines = [["person", *names, "confusion"]]
     for person in people.people:
         w = person.watching

@@ -25,7 +25,9 @@ class Watching:
     nothing, per tick. misjudged: a report that says nothing of the person. wait: mean time until
     the next cube has come, which recordings do not hold. report: mean time until a tray has
     reported a cube. hidden: somebody who carries a cube seems idle, the hand being far from the
-    belt. held: a tick in which the recording repeats itself because nobody looked again.
+    belt. held: a tick in which the recording repeats itself because nobody looked again. carried,
+    remembered: share of the tiredness and of the knowledge of rules that outlasts the time between
+    two trials.
     """
 
     sensing: DirectParameters
@@ -36,6 +38,8 @@ class Watching:
     misjudged: float = 0.02
     hidden: float = 0.0
     held: float = 0.0
+    carried: float = 1.0
+    remembered: float = 1.0
 
     @classmethod
     def of(cls, sensing: DirectParameters) -> Watching:

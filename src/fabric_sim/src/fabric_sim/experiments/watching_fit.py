@@ -27,6 +27,8 @@ LADDERS: dict[str, tuple[float, ...]] = {
     "wait": (2.0, 4.0, 6.0, 10.0, 15.0),
     "confusion": (0.05, 0.1, 0.2),
     "stray_event": (0.002, 0.01, 0.03),
+    "carried": (1.0, 0.5, 0.0),
+    "remembered": (1.0, 0.5, 0.0),
 }
 _ROUNDS = 3
 _MOST = 10  # trials a group that are looked at
@@ -44,7 +46,7 @@ class WatchingFit:
 
     def __init__(self, trials: Sequence[Trial], start: Watching) -> None:
         step = max(1, -(-len(trials) // _MOST))
-        self._trials = list(trials)[::step]
+        self._people = [(own, range(len(own))[index::step]) for index, own in _numbered(trials)]
         self._start = start
         self._known: dict[tuple[int, ...], float] = {}
 
@@ -75,13 +77,25 @@ class WatchingFit:
         key = tuple(at.values())
         if key not in self._known:
             explainer = Explainer(self._watching(at))
-            self._known[key] = float(explainer.fresh(_REFERENCES, self._trials).max(axis=1).sum())
+            self._known[key] = sum(_explained(explainer, *person) for person in self._people)
         return self._known[key]
 
     def _watching(self, at: dict[str, int]) -> Watching:
         values = {name: LADDERS[name][index] for name, index in at.items()}
         sensing = replace(self._start.sensing, confusion=values.pop("confusion"))
         return replace(self._start, sensing=sensing, **values)
+
+
+def _numbered(trials: Sequence[Trial]) -> list[tuple[int, list[Trial]]]:
+    return list(enumerate(by_person(trials).values()))
+
+
+def _explained(explainer: Explainer, own: list[Trial], chosen: range) -> float:
+    """Log-likelihood of some of a person's trials by the reference that explains them best."""
+    pasts = explainer.pasts(own)
+    trials = [own[k] for k in chosen]
+    scores = explainer.after([pasts[k] for k in chosen], _REFERENCES, trials)
+    return float(scores.sum(axis=0).max())
 
 
 def watching_of_people(
