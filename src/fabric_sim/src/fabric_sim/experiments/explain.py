@@ -82,7 +82,9 @@ class Explainer:
             during = self._course(trial)
             found.append(Past(_plus(history, during, 0.5), round(w.remembered * learnt)))
             whole = _plus(history, during, 1.0)
-            history = History(w.carried * whole.unwanted, w.carried * whole.work, whole.practised)
+            history = History(
+                w.carried * whole.unwanted, w.carried * whole.work, w.remembered * whole.practised
+            )
             learnt += float(np.isin(trial.events, (PERSON_SUCCEEDED, ROBOT_SUCCEEDED)).sum())
         return found
 

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -76,5 +76,5 @@ def _fit(watching: Watching, seed: int, person: tuple[int, Character]) -> Fit:
             RunSetup("sorting", character.name, robot, root), 1, str(number), fresh=True
         )
     ]
-    explainer = Explainer(watching)
-    return Exploration(lambda points: explainer.fresh(points, trials), seed).fit()
+    explainer = Explainer(replace(watching, carried=0.0, remembered=0.0))
+    return Exploration(lambda points: explainer.person(points, trials), seed).fit()
