@@ -2,21 +2,27 @@
 """The command human-models: what it refuses, its tables and its page, from results made up."""
 
 import json
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from fabric_sim.experiments import dial_fit, likelihood_matrix, watching_fit
 from fabric_sim.experiments.dial_fit import Fit
 from fabric_sim.experiments.human_models import main, write
 from fabric_sim.experiments.human_models_report import Results, json_rows, text_of
 from fabric_sim.experiments.likelihood_matrix import TYPES, Explained, Matrix, short_name
-from fabric_sim.experiments.people_fit import PeopleResult, PersonResult
+from fabric_sim.experiments.people_fit import PeopleResult, PersonResult, fit_person
 from fabric_sim.experiments.recovery import Recovery
+from fabric_sim.experiments.trials import by_person, read_folder
 from fabric_sim.experiments.watching import Watching
-from fabric_sim.sensing import DirectParameters
+from fabric_sim.sensing import DirectParameters, load_sensing
 
 SENSING = DirectParameters(0.05, 0.5, (0.2, 0.4), (0.8, 0.9), 0.03, (0.8, 0.9), {0: (0.5, 1.5)})
+PACKAGE = Path(__file__).parents[1]
+SHIPPED = PACKAGE / "recorded"
+SHIPPED_SENSING = load_sensing(PACKAGE / "config" / "sensing.yaml")
 
 
 def fit_at(*dials):
@@ -93,3 +99,33 @@ def test_the_page_and_the_json_stand_by_themselves(results, tmp_path):
     assert rows == json.loads(json.dumps(json_rows(results)))
     parts = {row["part"] for row in rows}
     assert parts == {"recorded types", "type explained", "person", "comparison", "recovery", "goal"}
+
+
+def test_a_person_is_fitted_and_predicted_from_a_folder(monkeypatch):
+    for name, value in {"_FIRST": 16, "_ROUND": 16, "_ROUNDS": 1, "_POLISH": 1}.items():
+        monkeypatch.setattr(dial_fit, name, value)
+    own = by_person(read_folder(SHIPPED))["simulated02"][:2]
+    found = fit_person("simulated02", own, Watching.of(SHIPPED_SENSING), 101)
+    assert found.types.scores.shape == (2, 16)
+    assert found.predictions.shape == (2, 5)
+    assert np.isfinite(found.predictions).all()
+    assert found.fit.log_likelihood >= found.types.scores.sum(axis=0).max()
+
+
+def test_what_a_type_did_is_explained_better_by_it_than_by_its_opposite(monkeypatch):
+    monkeypatch.setattr(likelihood_matrix, "TYPES", (TYPES[2], TYPES[13]))
+    found = likelihood_matrix.run(Watching.of(SHIPPED_SENSING), 2, 101, 1)
+    first, second = (row.likelihood for row in found.rows)
+    assert first[2] > first[13]
+    assert second[13] > second[2]
+
+
+def test_how_people_were_watched_is_learnt_from_the_other_group(monkeypatch):
+    ladders = {"held": (0.0, 0.6), "confusion": (0.05,), "report": (1.0, 6.0)}
+    monkeypatch.setattr(watching_fit, "LADDERS", ladders)
+    trials = [trial for trial in read_folder(SHIPPED) if trial.task == 1]
+    found = watching_fit.watching_of_people(trials, Watching.of(SHIPPED_SENSING))
+    assert found["simulated01"] is found["simulated03"]
+    assert found["simulated02"] is found["simulated04"]
+    assert found["simulated01"] is not found["simulated02"]
+    assert all((w.held, w.report) == (0.0, 1.0) for w in found.values())

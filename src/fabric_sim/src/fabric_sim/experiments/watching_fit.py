@@ -53,7 +53,7 @@ class WatchingFit:
     def best(self) -> Watching:
         """Return the numbers that explain the trials best."""
         at = dict.fromkeys(LADDERS, 0)
-        at["held"] = 3
+        at["held"] = len(LADDERS["held"]) // 2
         for _ in range(_ROUNDS):
             before = dict(at)
             for name in LADDERS:
