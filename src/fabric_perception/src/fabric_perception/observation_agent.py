@@ -198,7 +198,8 @@ class ObservationAgent:
     def _fill(self, t: float, trigger: int) -> Observation:
         """Observables that are seen directly, and the clocks; O1, O2, O8, O9 are false."""
         behaviour = self._recogniser.behaviour or Behaviour(HumanActivity.OTHER, False, False)
-        observation = Observation(task_id=self._task.task_id, trigger=trigger)
+        observation = Observation()
+        observation.task_id, observation.trigger = self._task.task_id, trigger
         observation.header.stamp = _stamp(t)
         observation.detected = behaviour.detected
         observation.looking_around = behaviour.looking_around

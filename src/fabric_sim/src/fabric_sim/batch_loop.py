@@ -181,50 +181,60 @@ class HeadlessRun:
     def _run_to_the_end(self) -> None:
         cell, last = self._cell, self._cell.tick + TICKS_LIMIT
         while cell.running:
-            if self._every_tick:
-                self._belt_due = self._person_due = 0
-            else:
-                cell.skip_to(min(cell.next_tick(), self._belt_due, self._person_due))
-            self._tick(cell.advance())
+            self._tick(self._next_moment())
             if cell.tick > last:
                 raise RuntimeError(f"task {self._task_number} did not end in {TICKS_LIMIT} ticks")
 
+    def _next_moment(self) -> Moment:
+        """The next moment in which anybody has something to do."""
+        cell = self._cell
+        if self._every_tick:
+            self._belt_due = self._person_due = 0
+            return cell.advance()
+        tick, due = cell.next_tick(), min(self._belt_due, self._person_due)
+        if cell.tick < due < tick:
+            return cell.pass_to(due)
+        cell.skip_to(min(tick, due))
+        return cell.advance()
+
     def _tick(self, moment: Moment) -> None:
+        """Tell everybody what is new to them or what they wait for."""
         for result in moment.arm_results:
             self._move(self._motion.on_arm_result(result.number, result.outcome, result.reason))
             self._settle()
-        if moment.percept is not None:
+        if moment.percept is None:
+            return
+        if moment.hidden is not self._hidden:
             self._on_truth(moment)
+        if self._cell.stock.changes.count != self._sight or self._cell.tick >= self._belt_due:
             self._on_belt(moment)
+        if moment.containers is not None:
             self._on_containers(moment)
+        news = moment.percept.posterior is not self._posterior
+        if news or self._cell.tick >= self._person_due:
             self._on_person(moment)
 
     def _on_truth(self, moment: Moment) -> None:
-        hidden = moment.hidden
-        if hidden is not self._hidden:
-            self._hidden = hidden
-            words = (hidden.state, hidden.anticipated_state, hidden.human_type)
-            self._meter.on_moment(moment.sequence, TrueMoment(moment.t, *words))
+        self._hidden = hidden = moment.hidden
+        words = (hidden.state, hidden.anticipated_state, hidden.human_type)
+        self._meter.on_moment(moment.sequence, TrueMoment(moment.t, *words))
 
     def _on_belt(self, moment: Moment) -> None:
-        """Belt and cubes as they are now; nobody needs to hear again what has not changed."""
-        stock = self._cell.stock
-        changes = stock.changes
-        if changes == self._sight and self._cell.tick < self._belt_due:
-            return
+        """Belt and cubes as they are now."""
+        stock, seen_before = self._cell.stock, self._sight
+        self._sight = stock.changes.count
         self._belt_due = FAR_AWAY
         conveyor = CONVEYOR[stock.belt.at_pick_point is not None]
         self._move(self._motion.on_conveyor(conveyor.cube_at_pick_point), False)
         self._score(moment.t, self._manager.on_conveyor(moment.t, conveyor))
-        if changes != self._sight or self._every_tick:
-            self._sight = changes
+        if self._sight != seen_before or self._every_tick:
             cubes = SeenCubes([SeenCube.of(*pair) for pair in stock.seen()])
             self._move(self._motion.on_cubes(cubes), False)
         self._settle()
         self._belt_due = min(self._belt_due, self._due(self._manager.quiet_until))
 
     def _on_containers(self, moment: Moment) -> None:
-        if moment.containers is not None and self._cell.running:
+        if self._cell.running:
             self._score(moment.t, self._manager.on_containers(moment.t, moment.containers))
             self._settle()
             self._belt_due = min(self._belt_due, self._due(self._manager.quiet_until))
@@ -235,10 +245,9 @@ class HeadlessRun:
             self._move(self._motion.on_warning())
             self._score(moment.t, self._manager.on_warning(moment.t))
             self._settle()
-        known = percept.posterior is self._posterior
-        if not self._cell.running or (known and self._cell.tick < self._person_due):
+        if not self._cell.running:
             return
-        if not known:
+        if percept.posterior is not self._posterior:
             self._posterior = percept.posterior
             person = SeenPerson.of(percept)
             self._reading = self._observer.read(person, person)
@@ -249,9 +258,8 @@ class HeadlessRun:
 
     def _due(self, t: float) -> int:
         """The report of the sensors, of those to come, that is the first not before time t, s."""
-        if t == math.inf:
-            return FAR_AWAY
-        return max(self._cell.next_report, int(self._cell.percept_tick_of(t)))
+        soon = self._cell.next_report
+        return FAR_AWAY if t == math.inf else max(soon, self._cell.percept_tick_of(t))
 
     # -- consequences -----------------------------------------------------------------------------
 

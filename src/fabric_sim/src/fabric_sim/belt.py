@@ -2,6 +2,7 @@
 """The conveyor belt with its feeder and the infrared sensor at the pick point."""
 
 import math
+from dataclasses import dataclass
 
 from fabric_sim.geometry import BeltShape
 
@@ -16,21 +17,33 @@ def check_speed(speed: float) -> None:
         raise ValueError(f"belt speed is {speed}, want a finite number of m/s, 0 to {MAX_SPEED}")
 
 
+@dataclass
+class Changes:
+    """Grows whenever a cube may be said to be elsewhere than before."""
+
+    count: int = 0
+
+
 class Belt:
     """Carries cubes (by id) along x of the frame conveyor; the pick point is x = 0.
 
     The light barrier is placed so that a cube interrupts it when the cube's middle reaches the
     pick point. An interrupted barrier stops the belt unless `ignore_sensor` is set.
+
+    at_pick_point: the cube that interrupts the light barrier, the foremost if several do.
+    speed: at which the belt runs now, m/s.
     """
 
-    def __init__(self, shape: BeltShape) -> None:
+    def __init__(self, shape: BeltShape, changes: Changes | None = None) -> None:
+        """changes: counts what the light barrier sees and commands."""
         self._shape = shape
         self._waiting: list[int] = []
         self._places: dict[int, float] = {}
         self._commanded = 0.0
         self._ignore_sensor = False
-        self._blocking: int | None = None
-        self.changes = 0  # of what the light barrier sees, and commands
+        self.at_pick_point: int | None = None
+        self.speed = 0.0
+        self._changes = changes or Changes()
 
     def load(self, cubes: list[int]) -> None:
         """Clear the belt, stop it and fill the feeder."""
@@ -38,15 +51,14 @@ class Belt:
         self._places = {}
         self._commanded = 0.0
         self._ignore_sensor = False
-        self._blocking = None
-        self.changes += 1
+        self._set(None)
 
     def command(self, speed: float, ignore_sensor: bool) -> None:
         """Run at `speed` m/s, forwards; 0 stops. Raises ValueError as check_speed."""
         check_speed(speed)
-        self.changes += 1
         self._commanded = speed
         self._ignore_sensor = ignore_sensor
+        self._set(self.at_pick_point)
 
     @property
     def places(self) -> dict[int, float]:
@@ -57,17 +69,6 @@ class Belt:
     def waiting(self) -> list[int]:
         """Cubes still in the feeder, the next one first."""
         return list(self._waiting)
-
-    @property
-    def at_pick_point(self) -> int | None:
-        """The cube that interrupts the light barrier, the foremost if several do."""
-        return self._blocking
-
-    @property
-    def speed(self) -> float:
-        """Speed at which the belt runs now, m/s."""
-        held = self._blocking is not None and not self._ignore_sensor
-        return 0.0 if held else self._commanded
 
     def step(self, dt: float) -> list[int]:
         """Run for dt seconds; return the cubes that fell off the end."""
@@ -146,8 +147,13 @@ class Belt:
         """What the light barrier sees."""
         blocking = [(x, cube) for cube, x in self._places.items() if self._in_beam(x)]
         foremost = max(blocking)[1] if blocking else None
-        self.changes += foremost != self._blocking
-        self._blocking = foremost
+        if foremost != self.at_pick_point:
+            self._set(foremost)
+
+    def _set(self, at_pick_point: int | None) -> None:
+        held = at_pick_point is not None and not self._ignore_sensor
+        self.at_pick_point, self.speed = at_pick_point, 0.0 if held else self._commanded
+        self._changes.count += 1
 
     def _to_next_mark(self, x: float) -> float:
         """Way from x m to where a cube comes into the beam, leaves it or falls off the end."""

@@ -12,30 +12,21 @@ The same object stands behind the ROS node and in the headless runner.
 """
 
 import math
-from dataclasses import dataclass
 from functools import lru_cache
-from pathlib import Path
 from typing import Any
 
-from fabric_dobot_driver import Goal, Limits, load_limits
+from fabric_dobot_driver import Goal
 from fabric_msgs.msg import Container, ContainerArray, HumanActivity, RobotActionState, TaskState
 from fabric_sim import reports
-from fabric_sim.arm import Arm, ArmParameters, ArmResult, goal_of, load_arm
+from fabric_sim.arm import Arm, ArmResult, goal_of
 from fabric_sim.belt import check_speed
 from fabric_sim.body import BodyMotion
-from fabric_sim.cell_output import CellOutput, Stimulus, output_of
+from fabric_sim.cell_config import CellConfig
+from fabric_sim.cell_output import CellOutput, Moment, Stimulus, output_of
 from fabric_sim.character import named_generator
 from fabric_sim.commands import Commands
-from fabric_sim.geometry import CellGeometry, Point, Tray, load_geometry
-from fabric_sim.sensing import (
-    Behaviour,
-    ColourSensor,
-    DirectParameters,
-    LoadCells,
-    Percept,
-    PersonSensor,
-    load_sensing,
-)
+from fabric_sim.geometry import CellGeometry, Point, Tray
+from fabric_sim.sensing import Behaviour, ColourSensor, LoadCells, PersonSensor
 from fabric_sim.stock import CubeState, Deposit, Place, Stock
 from fabric_sim.truth import Truth
 from fabric_sim.worker_events import (
@@ -51,6 +42,7 @@ from fabric_sim.worker_events import (
 __all__ = ["TICK", "Cell", "CellConfig", "CellOutput", "Moment", "Stimulus"]
 
 TICK = 0.05  # s
+TICKS_A_SECOND = 20
 PERCEPT_TICKS = 2  # sensors report at every second tick, 10 Hz
 ACTIVITY = {
     "idle": HumanActivity.IDLE,
@@ -69,36 +61,11 @@ TICK_SLACK = 1e-6  # ticks; forgives rounding when a time is counted in ticks
 RUNNING = (TaskState.SHOWING_RULES, TaskState.RUNNING)
 
 
-@dataclass(frozen=True)
-class CellConfig:
-    """Everything of the cell that is a number in a file."""
-
-    geometry: CellGeometry
-    arm: ArmParameters
-    limits: Limits
-    sensing: DirectParameters
-
-    @classmethod
-    def load(cls, cell: Path, limits: Path, arm: Path, sensing: Path) -> "CellConfig":
-        """Read launch/config/cell.yaml, the Dobot's magician.yaml, and this package's arm.yaml and
-        sensing.yaml. Raises ValueError naming the file, the entry and its value."""
-        return cls(load_geometry(cell), load_arm(arm), load_limits(limits), load_sensing(sensing))
-
-
-@dataclass(slots=True)
-class Moment:
-    """What a tick brought. Everything but the arm's results is there when the sensors report."""
-
-    t: float  # s
-    arm_results: list[ArmResult]
-    percept: Percept | None = None  # of the person
-    hidden: Truth | None = None  # the person's true state
-    sequence: int = 0  # number of the report
-    containers: ContainerArray | None = None  # when a load cell has settled
-
-
 class Cell:
-    """Worker, cubes, belt, arm and sensors. Nothing moves while no task runs."""
+    """Worker, cubes, belt, arm and sensors. Nothing moves while no task runs.
+
+    tick: number of the present tick. now: its time, s. running: whether a task lets time pass.
+    """
 
     def __init__(self, config: CellConfig, worker: Any, seed: int) -> None:
         """worker: as fabric_sim.worker.Worker; may be replaced between tasks."""
@@ -109,7 +76,9 @@ class Cell:
         self.task = TaskState()
         self._config = config
         self._seed = seed
-        self._tick = 0
+        self.tick = 0
+        self.now = 0.0
+        self.running = False
         self._stirred = True  # something was said since the last tick, or to the worker in it
         self._viewed = NOT_THERE  # by the person in the last tick
         self._hidden: Truth | None = None  # as in the last report
@@ -135,6 +104,7 @@ class Cell:
             self.start_task(task)
         elif not fresh:
             self.task = task
+        self.running = self.task.task_id != 0 and self.task.status in RUNNING
 
     def start_task(self, task: TaskState) -> None:
         """Put out the task's cubes and containers and let the worker begin.
@@ -142,7 +112,8 @@ class Cell:
         Raises ValueError for an unknown scenario.
         """
         self.task = task
-        self._tick += self._tick % PERCEPT_TICKS  # every task begins in step with the sensors
+        self.tick += self.tick % PERCEPT_TICKS  # every task begins in step with the sensors
+        self.now = _time_of(self.tick)
         self._new_task(task.scenario, list(task.cube_colours))
         rules = {rule.colour: rule.label for rule in task.rules}
         rng = named_generator(self._seed, "worker", task.task_id)
@@ -201,16 +172,6 @@ class Cell:
         return self._config.geometry
 
     @property
-    def now(self) -> float:
-        """Simulated time, s."""
-        return _time_of(self._tick)
-
-    @property
-    def running(self) -> bool:
-        """True while a task lets time pass."""
-        return self.task.task_id != 0 and self.task.status in RUNNING
-
-    @property
     def cup(self) -> Point:
         """The suction cup, m in the cell."""
         return self.geometry.arm.to_cell(Point(*self.arm.pose[:3]))
@@ -224,9 +185,9 @@ class Cell:
 
     def advance(self) -> Moment:
         """Advance by one tick, for those who need no messages and do not look at the body."""
-        self._tick += 1
+        self.tick += 1
+        self.now = t = _time_of(self.tick)
         self._stirred = False
-        t = self.now
         moment = Moment(t, self._move_arm(t))
         self.stock.run(t, TICK)
         self._viewed = self._view()
@@ -235,21 +196,16 @@ class Cell:
         for deposit in self.stock.take_deposits():
             self._on_deposit(t, deposit)
         self._assign(t)
-        if self._tick % PERCEPT_TICKS == 0:
+        if self.tick % PERCEPT_TICKS == 0:
             self._perceive(t, moment)
         return moment
 
     # -- ticks in which nothing happens ---------------------------------------------------------
 
     @property
-    def tick(self) -> int:
-        """Number of the present tick."""
-        return self._tick
-
-    @property
     def next_report(self) -> int:
         """The next tick in which the sensors report."""
-        return self._tick + PERCEPT_TICKS - self._tick % PERCEPT_TICKS
+        return self.tick + PERCEPT_TICKS - self.tick % PERCEPT_TICKS
 
     def next_tick(self) -> int:
         """The next tick in which anything can happen in the cell if nobody tells it anything.
@@ -257,50 +213,61 @@ class Cell:
         Rather too early than too late. When anything has changed since the sensors reported, they
         report next.
         """
-        soon = self._tick + 1
+        soon = self.tick + 1
         if self._stirred or self._commands is not None:
             return soon
-        if self._tick % PERCEPT_TICKS and self._worth_a_look():
+        if self.tick % PERCEPT_TICKS and self._worth_a_look():
             return soon
         if self._view() != self._viewed or (self.arm.suction and not self.stock.held_by_robot):
             return soon
         ends = min(self.worker.next_wakeup, self.now + self.arm.rest, self.stock.tidy_at)
         sensed = min(self._person_sensor.wakeup, self._load_cells.wakeup)
-        moves = self._tick + 1 + self.stock.belt.quiet_steps(TICK)
-        ticks = (self.tick_of(ends), self.percept_tick_of(sensed), moves, soon + FAR)
-        return max(soon, int(min(ticks)))
+        tick = soon + min(FAR, self.stock.belt.quiet_steps(TICK))
+        if ends < math.inf:
+            tick = min(tick, self.tick_of(ends))
+        if sensed < math.inf:
+            tick = min(tick, self.percept_tick_of(sensed))
+        return max(soon, tick)
 
     def _worth_a_look(self) -> bool:
         """Whether the next report will say anything that the last one did not."""
-        if self.stock.changes != self._reported or self._contents_changed:
+        if self.stock.changes.count != self._reported or self._contents_changed:
             return True
         if not self._person_sensor.knows(self._behaviour(), self._episode):
             return True
         # asked now with the time of the report, because the answer holds from the first question on
-        return self.worker.truth(_time_of(self._tick + 1)) != self._hidden
+        return self.worker.truth(_time_of(self.tick + 1)) != self._hidden
 
     def skip_to(self, tick: int) -> None:
         """Let the ticks before `tick` pass, which is not later than `next_tick`."""
-        passed = tick - 1 - self._tick
+        passed = tick - 1 - self.tick
         if passed <= 0:
             return
         self.arm.skip(passed * TICK)
         self.stock.belt.skip(passed, TICK)
         last = (tick - 1) // PERCEPT_TICKS  # report that is left out
-        if last > self._tick // PERCEPT_TICKS:
-            self._truths += last - self._tick // PERCEPT_TICKS
+        if last > self.tick // PERCEPT_TICKS:
+            self._truths += last - self.tick // PERCEPT_TICKS
             self._person_sensor.pass_time(_time_of(last * PERCEPT_TICKS))
-        self._tick = tick - 1
+        self.tick = tick - 1
+        self.now = _time_of(self.tick)
+
+    def pass_to(self, tick: int) -> Moment:
+        """Let time pass to `tick`, which is earlier than `next_tick` and one in which the sensors
+        report: they say what they said."""
+        self.skip_to(tick + 1)
+        t = self.now
+        return Moment(t, [], self._person_sensor.still(t), self._hidden, self._truths)
 
     @staticmethod
-    def tick_of(t: float) -> float:
-        """The first tick not before time t (s); infinite when that is."""
-        return math.ceil(t / TICK - TICK_SLACK) if t < math.inf else t
+    def tick_of(t: float) -> int:
+        """The first tick not before time t, s."""
+        return math.ceil(t * TICKS_A_SECOND - TICK_SLACK)
 
     @staticmethod
-    def percept_tick_of(t: float) -> float:
-        """The first tick not before time t (s) in which the sensors report."""
-        return PERCEPT_TICKS * Cell.tick_of(t / PERCEPT_TICKS)
+    def percept_tick_of(t: float) -> int:
+        """The first tick not before time t, s, in which the sensors report."""
+        return PERCEPT_TICKS * math.ceil(t * (TICKS_A_SECOND / PERCEPT_TICKS) - TICK_SLACK)
 
     # -- one tick -------------------------------------------------------------------------------
 
@@ -396,7 +363,7 @@ class Cell:
         moment.sequence = self._truths
         moment.percept = self._person_sensor.sense(t, self._behaviour(), self._episode)
         moment.hidden = self._hidden = self.worker.truth(t)
-        self._reported = self.stock.changes
+        self._reported = self.stock.changes.count
         moment.containers = self._read_load_cells(t)
 
     def _read_load_cells(self, t: float) -> ContainerArray | None:
@@ -422,4 +389,4 @@ def _name_of(kind: Any) -> str:
 
 
 def _time_of(tick: int) -> float:
-    return round(tick * TICK, 6)
+    return tick / TICKS_A_SECOND  # the double that is nearest, as round(tick * TICK, 6)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the devices of the cell say in a tick, as messages in their order."""
+"""What a tick of the cell brought, and what its devices say of it: messages in their order."""
 
 from __future__ import annotations
 
@@ -21,10 +21,24 @@ from fabric_msgs.msg import (
 from fabric_sim import reports
 from fabric_sim.arm import ArmResult
 from fabric_sim.geometry import Point
+from fabric_sim.sensing import Percept
 from fabric_sim.stock import CubeState
+from fabric_sim.truth import Truth
 
 if TYPE_CHECKING:
-    from fabric_sim.cell import Cell, Moment
+    from fabric_sim.cell import Cell
+
+
+@dataclass(slots=True)
+class Moment:
+    """What a tick brought. Everything but the arm's results is there when the sensors report."""
+
+    t: float  # s
+    arm_results: list[ArmResult]
+    percept: Percept | None = None  # of the person
+    hidden: Truth | None = None  # the person's true state
+    sequence: int = 0  # number of the report
+    containers: ContainerArray | None = None  # when a load cell has settled
 
 
 class Stimulus(NamedTuple):

@@ -87,10 +87,18 @@ class PersonSensor:
             self._actual = (behaviour, episode)
             self._begin(t, behaviour)
         warning = bool(self._coming) and self._recognise(t)
-        self.pass_time(t)
+        percept = self.still(t)
+        return percept._replace(warning=True) if warning else percept
+
+    def still(self, t: float) -> Percept:
+        """What is recognised at time t (s), before `wakeup`, of a person who goes on alike."""
         assert self._shown is not None
-        age = round(t - self._seen, 6)
-        return Percept(self._shown.taken_for, self._posterior, age, warning)
+        age = 0.0
+        if self._shown.taken_for.present:
+            self._seen = t
+        else:
+            age = round(t - self._seen, 6)
+        return Percept(self._shown.taken_for, self._posterior, age, False)
 
     def knows(self, behaviour: Behaviour, episode: int) -> bool:
         """Whether this goes on from the last call."""

@@ -7,7 +7,7 @@ from enum import Enum
 from typing import NamedTuple
 
 from fabric_msgs.msg import Container, Cube
-from fabric_sim.belt import Belt
+from fabric_sim.belt import Belt, Changes
 from fabric_sim.geometry import CellGeometry, Point, Tray
 
 
@@ -57,13 +57,13 @@ class Stock:
         and a task does not wait for it for ever."""
         self._geometry = geometry
         self._floor_time = floor_time
-        self.belt = Belt(geometry.belt)
+        self.changes = Changes()
+        self.belt = Belt(geometry.belt, self.changes)
         self.trays: tuple[Tray, ...] = ()
         self.cubes: dict[int, CubeState] = {}
-        self._moved = 0  # counts the changes of place
         self.held_by_person: CubeState | None = None  # in the hand
         self.held_by_robot: CubeState | None = None  # at the suction cup
-        self._turn: tuple[int, CubeState | None] = (-1, None)  # valid at these `changes`
+        self._turn: tuple[int, CubeState | None] = (-1, None)  # valid at this count
         self._floor: list[tuple[float, int]] = []
         self._deposits: list[Deposit] = []
 
@@ -71,7 +71,7 @@ class Stock:
         """Take everything away and fill the feeder with new cubes."""
         self.trays = trays
         self.cubes = {cube.id: cube for cube in cubes}
-        self._moved += 1
+        self.changes.count += 1
         self.held_by_person = self.held_by_robot = None
         self._floor = []
         self._deposits = []
@@ -88,7 +88,7 @@ class Stock:
     @property
     def in_play(self) -> CubeState | None:
         """The cube whose turn it is: in a hand, at the pick point, next on the belt or to come."""
-        changes = self.changes
+        changes = self.changes.count
         if self._turn[0] != changes:
             self._turn = (changes, self._find_in_play())
         return self._turn[1]
@@ -102,11 +102,6 @@ class Stock:
             return self.cubes[max(coming)[1]]
         waiting = self.belt.waiting
         return self.cubes[waiting[0]] if waiting else None
-
-    @property
-    def changes(self) -> int:
-        """Grows whenever a cube may be said to be elsewhere than before."""
-        return self._moved + self.belt.changes
 
     def seen(self) -> list[tuple[CubeState, int]]:
         """Every cube in view and where a camera would say it is, Cube.WHERE_*."""
@@ -215,7 +210,7 @@ class Stock:
         elif place is Place.ROBOT:
             self.held_by_robot = cube
         cube.place = place
-        self._moved += 1
+        self.changes.count += 1
 
     def _take(self, cube: CubeState | None, place: Place) -> bool:
         held = self.held_by_person if place is Place.PERSON else self.held_by_robot
