@@ -199,7 +199,7 @@ def looks_of(person, number, times, robot):
     for tick in range(int(times[-1] / 0.05) + 1):
         worker.step(tick * 0.05, robot, WorldView())
         if any(abs(tick * 0.05 - t) < 1e-6 for t in times):
-            seen.append(SIGHT[worker.activity])
+            seen.append(LOOK if worker.looking_around else SIGHT[worker.activity])
     return tuple(seen)
 
 

@@ -13,8 +13,9 @@ from dataclasses import dataclass
 from fabric_sim.experiments.trials import ABSENT, GRASP, IDLE, LOOK, WALK, WARN
 
 #: Steps of distraction that are told apart: help is welcome the longer it lasts.
-STAGES = 5
-STAGE_SECONDS = 2.0
+STAGES = 7
+#: States after a failed attempt; the hands return before anything else begins.
+LET_GO_TO = ("failed_to_grasp", "tired", "evaluating")
 GRASPED_FROM = ("evaluating", "failed_to_grasp", "tired")
 
 
@@ -37,10 +38,17 @@ class Mode:
     fresh: bool = False
     stage: int = 0
 
+    @property
+    def hesitates(self) -> bool:
+        """Whether it lasts longer for somebody who does not know the tray."""
+        return bool(self.span) and (self.name.endswith(".idle") or self.name == "warned")
+
 
 def _thinking(state: str, name: str, stage: int = 0) -> list[Mode]:
     seen = ("task_assigned", "evaluating", "no_attention", "failed_to_grasp")
-    modes = [Mode(f"{name}.idle", state, IDLE, "idle", origin=state, stage=stage)]
+    lost = state == "no_attention"  # in thought: the eyes are elsewhere
+    looks, span = (LOOK, "look_around") if lost else (IDLE, "idle")
+    modes = [Mode(f"{name}.idle", state, looks, span, origin=state, stage=stage)]
     if state in seen:
         modes.append(
             Mode(f"{name}.look_around", state, LOOK, "look_around", origin=state, stage=stage)
@@ -60,6 +68,8 @@ def _modes() -> tuple[Mode, ...]:
         modes.append(
             Mode(f"{state}.fail", state, GRASP, "failed_attempt", origin=again, fresh=True)
         )
+    for state in LET_GO_TO:
+        modes.append(Mode(f"let_go.{state}", state, IDLE, "retreat", origin=state))
     modes += [
         Mode("carry", "evaluating", GRASP, "carry"),
         Mode("placed", "evaluating", GRASP, "retreat"),

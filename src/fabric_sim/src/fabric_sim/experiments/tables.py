@@ -19,8 +19,8 @@ from fabric_sim.character import Character
 from fabric_sim.experiments.modes import (
     GRASPED_FROM,
     INDEX,
+    LET_GO_TO,
     MODES,
-    STAGE_SECONDS,
     STAGES,
     Appearance,
     appearances,
@@ -57,7 +57,7 @@ class Layout:
         m = MODES[mode]
         if not m.span:
             return 1
-        factor = (pause if m.span == "idle" else slowest) if m.slowed else 1.0
+        factor = (pause if m.hesitates else slowest) if m.slowed else 1.0
         return math.ceil(getattr(self.timing, m.span).most * factor / TICK) + 1
 
     def _carry_on(self, hidden: float) -> np.ndarray:
@@ -206,7 +206,10 @@ class Tables:
         if name in ("placed", "retreat"):
             return self._hand_back(name, 1.0 - (1.0 - 1.0 / again) ** self._retreat_ticks)
         if action in ("idle", "look_around"):
-            return self._arrive(self.now[:, ACTION_INDEX[action], STATE_INDEX[state]], stage)
+            looked = max(stage, int(action == "look_around"))
+            return self._arrive(self.now[:, ACTION_INDEX[action], STATE_INDEX[state]], looked)
+        if name.startswith("let_go"):
+            return self._decided[state]
         if action == "fail":
             return self._failed(STATE_INDEX[state])
         if name == "warned":
@@ -255,12 +258,19 @@ class Tables:
         row[:, STATE_INDEX["success"]] = 0.0
         sums = row.sum(axis=1, keepdims=True)
         row = np.divide(row, sums, out=np.zeros_like(row), where=sums > 0.0)
-        row[:, STATE_INDEX["evaluating"]] += sums[:, 0] <= 0.0
-        return self._arrive(row)
+        return self._let_go(row)
+
+    def _let_go(self, row: np.ndarray) -> np.ndarray:
+        """(B, M): the hands return first; states that no attempt leads to count as evaluating."""
+        begun = np.zeros((self.size, len(MODES)))
+        for state in LET_GO_TO:
+            begun[:, INDEX[f"let_go.{state}"]] = row[:, STATE_INDEX[state]]
+        begun[:, INDEX["let_go.evaluating"]] += np.maximum(0.0, 1.0 - begun.sum(axis=1))
+        return begun
 
     def _back(self, grasping: bool) -> np.ndarray:
         if grasping:  # the robot is at work meanwhile
-            return self._answer("recovery", 0.0)
+            return self._answer("recovery")
         row = self.now[:, ACTION_INDEX["idle"], STATE_INDEX["recovery"]].copy()
         row[:, STATE_INDEX["recovery"]] = 0.0
         sums = row.sum(axis=1, keepdims=True)
@@ -270,22 +280,26 @@ class Tables:
 
     # -- answers to the robot ---------------------------------------------------------------------
 
-    def refusal(self, origin: str, distracted_for: float) -> np.ndarray:
-        """(B,): probability of refusing help at `origin`."""
+    def refusal(self, origin: str, stage: int = 0) -> np.ndarray:
+        """(B,): probability of refusing help at `origin`, at a stage of distraction."""
         p = self.parameters.responses
+        looked = max(0.0, stage - 0.5) * self.layout.timing.look_around.mean * self.slowness
         return np.array(
-            [refusal_probability(m.refusal, origin, distracted_for, p) for m in self.models]
+            [
+                refusal_probability(model.refusal, origin, float(time), p)
+                for model, time in zip(self.models, looked, strict=True)
+            ]
         )
 
-    def _answer(self, origin: str, distracted_for: float) -> np.ndarray:
-        refuses = self.refusal(origin, distracted_for)[:, None]
+    def _answer(self, origin: str, stage: int = 0) -> np.ndarray:
+        refuses = self.refusal(origin, stage)[:, None]
         return refuses * self._only("warn") + (1.0 - refuses) * self._only("watch")
 
     def _answer_to_grasp(self) -> np.ndarray:
         J = np.zeros((self.size, len(MODES), len(MODES)))
         for index, mode in enumerate(MODES):
             if mode.origin:
-                J[:, index] = self._answer(mode.origin, (mode.stage - 0.5) * STAGE_SECONDS)
+                J[:, index] = self._answer(mode.origin, mode.stage)
         return J
 
     def _answer_to_pointing(self) -> np.ndarray:
@@ -307,7 +321,7 @@ class Tables:
             elif mode.state == "evaluating" and mode.origin:
                 J[:, index] = warned * self._only("warn")
                 if mode.looks != GRASP:
-                    spurred = p.planning_spurs * self.refusal(mode.origin, 0.0)[:, None]
+                    spurred = p.planning_spurs * self.refusal(mode.origin)[:, None]
                     spurred = np.minimum(spurred, 1.0 - warned)
                     J[:, index] += spurred * self._decided["evaluating"]
         return J
@@ -331,20 +345,20 @@ class Tables:
         if not m.span:
             return np.ones((self.size, 1))
         factor = self.slowness if m.slowed else np.ones(self.size)
-        if m.span == "idle" and self.sorting and knows is not None:
+        if m.hesitates and self.sorting and knows is not None:
             factor = factor * (1.0 + self.parameters.memory.hesitation * (1.0 - knows))
         return tick_distribution(getattr(self.layout.timing, m.span), factor, n)
 
     def hesitate(self, D: np.ndarray, knows: np.ndarray) -> None:
         """Replace the durations of thinking in D, as `durations` would give them."""
         layout = self.layout
-        done: dict[tuple[bool, int], np.ndarray] = {}
+        done: dict[tuple[str, int], np.ndarray] = {}
         for v, look in enumerate(layout.looks):
             m, n = MODES[look.mode], layout.ticks[v]
-            if m.span == "idle" and m.looks == IDLE:
-                if (m.slowed, n) not in done:
-                    done[m.slowed, n] = self._duration(look.mode, n, knows)
-                D[:, layout.start[v] : layout.start[v] + n] = done[m.slowed, n]
+            if m.hesitates:
+                if (m.span, n) not in done:
+                    done[m.span, n] = self._duration(look.mode, n, knows)
+                D[:, layout.start[v] : layout.start[v] + n] = done[m.span, n]
 
     def knows_at_first(self) -> np.ndarray:
         """(B,): mean probability of knowing a colour's tray before the first cube."""
