@@ -2,4 +2,8 @@
 from catkin_pkg.python_setup import generate_distutils_setup
 from setuptools import setup
 
-setup(**generate_distutils_setup(packages=["fabric_sim", "fabric_sim.experiments"], package_dir={"": "src"}))
+setup(
+    **generate_distutils_setup(
+        packages=["fabric_sim", "fabric_sim.experiments"], package_dir={"": "src"}
+    )
+)
