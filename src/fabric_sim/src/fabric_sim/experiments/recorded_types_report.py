@@ -124,7 +124,10 @@ class RecordedTypes:
         from fabric_sim.experiments import recorded_types_figure as figure  # noqa: PLC0415
 
         return [
-            ("Ours (dots) beside the recorded values (bars)", figure.comparison(self.lines)),
+            (
+                "Ours (green: gate met, red: not, blue: none) on the recorded values (grey)",
+                figure.comparison(self.lines),
+            ),
             (
                 "Share of the time in each state",
                 figure.occupancy({r.recorded.name: r.occupancy() for r in self.types}),
