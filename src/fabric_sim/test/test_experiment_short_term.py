@@ -161,7 +161,7 @@ def study_of(differences: list[float]) -> Study:
     rows = []
     for seed, difference in enumerate(differences, start=SEED):
         for robot, reward in (("proactive", 4.0 + difference), ("reactive", 4.0)):
-            values = (0.1, robot, seed, 40, reward, 1.0, 0.8, 0.7, 0.9, 20.0, 0.5, 0.0, 6.0)
+            values = (0.1, robot, seed, 40, reward, 1.0, 0.8, 0.7, 0.9, 20.0, 0.5, 0.7, 0.6, 0.0, 6.0)
             rows.append(dict(zip(SCENARIO_COLUMNS, values, strict=True)))
     return Study(("proactive", "reactive"), (0.1,), [], rows, {})
 
@@ -264,8 +264,10 @@ def test_tests_and_confusion_are_written(small_run):
     lines = json.loads((small_run / "tests.json").read_text(encoding="utf-8"))
     assert {line["kind"] for line in lines} >= {"mean", "goal", "proactive_minus"}
     confusion = rows_of(small_run / "confusion.csv")
-    decisions = sum(float(row["decisions"]) for row in rows_of(small_run / "results.csv"))
-    assert sum(int(row["decisions"]) for row in confusion) == decisions
+    tasks = rows_of(small_run / "results.csv")
+    judged = sum(int(row["all_judged"]) for row in tasks)
+    words = {"global_success", "global_fail", "task_assigned_to_robot"}
+    assert sum(int(row["decisions"]) for row in confusion if row["truth"] not in words) == judged
 
 
 def test_the_number_of_processes_changes_nothing(tmp_path):

@@ -62,8 +62,8 @@ def test_whoever_does_not_try_again_after_a_failure_wants_help_or_not():
     assert word("evaluating", accepts=UNWILLING, failed=1, gave_up=2) == "does_not_need_help"
 
 
-def test_trying_again_counts_like_having_failed():
-    assert word("evaluating", "grasp", failed=1) == "may_not_be_capable"
+def test_trying_again_is_a_matter_of_wanting_help():
+    assert word("evaluating", "grasp", accepts=UNWILLING, failed=1) == "does_not_need_help"
     assert word("evaluating", "grasp", accepts=UNWILLING, failed=2) == "does_not_need_help"
     assert word("failed_to_grasp", "grasp", accepts=WILLING, failed=3) == "needs_help"
 

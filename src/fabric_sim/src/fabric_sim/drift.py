@@ -45,13 +45,12 @@ class Pull:
 
 @dataclass(frozen=True)
 class Mood:
-    """A mood, how likely it is, and what it does; refusing: log-odds added to any refusal."""
+    """A mood, how likely it is, and what it does to the dials."""
 
     name: str
     most: float
     never_until: float
     full_from: float
-    refusing: float
     dials: dict[str, Pull]
 
     def probability(self, task_number: int) -> float:
@@ -160,7 +159,7 @@ def _moods(content: Any, where: str) -> tuple[Mood, ...]:
 def _mood(name: str, values: Any, where: str) -> Mood:
     if name == NORMAL:
         raise DriftError(f"{where}: normal is what the moods leave over")
-    _keys(values, ("most", "never_until", "full_from", "refusing", "dials"), where)
+    _keys(values, ("most", "never_until", "full_from", "dials"), where)
     never_until = number(values["never_until"], f"{where}.never_until")
     full_from = number(values["full_from"], f"{where}.full_from")
     if not 0.0 <= never_until < full_from:
@@ -175,8 +174,7 @@ def _mood(name: str, values: Any, where: str) -> Mood:
         _keys(pull, ("to", "by"), place)
         pulls[dial] = Pull(_share(pull["to"], f"{place}.to"), _share(pull["by"], f"{place}.by"))
     most = _share(values["most"], f"{where}.most")
-    refusing = number(values["refusing"], f"{where}.refusing")
-    return Mood(name, most, never_until, full_from, refusing, pulls)
+    return Mood(name, most, never_until, full_from, pulls)
 
 
 class DriftingStaff:
@@ -224,5 +222,5 @@ class DriftingStaff:
         if mood is None:
             self._worker.person.become(self.person)
         else:
-            self._worker.person.become(mood.applied(self.person), mood.refusing)
+            self._worker.person.become(mood.applied(self.person))
         return self._worker

@@ -13,9 +13,10 @@ whether help would be accepted at this moment.
     robot_receives_the_warning                                             does_not_need_help
     robot_interfered             (help was accepted)                       needs_help
     recovery, or walking away                                              needs_help
-    any other, in this order     failed, again or long ago                 by acceptance
-                                 failed                                    may_not_be_capable
+    any other, in this order     grasping, failed before                   by acceptance
                                  grasping                                  the person is at work
+                                 failed, again or long ago                 by acceptance
+                                 failed                                    may_not_be_capable
     tired                        steps tired <= stage_one                  may_be_tired
                                  else                                      by acceptance
     no_attention, or looking     steps distracted <= stage_one             may_be_distracted
@@ -120,11 +121,11 @@ def anticipated_state(
     if fixed or action == "walk_away":
         return fixed or "needs_help"
     by_acceptance = "needs_help" if accepts >= p.wants_help else "does_not_need_help"
+    if action == "grasp":
+        return by_acceptance if counters.failed else _at_work(counters, sorting, p)
     if counters.failed:
         lasts = counters.failed >= p.failures or counters.gave_up > p.stage_one
         return by_acceptance if lasts else "may_not_be_capable"
-    if action == "grasp":
-        return _at_work(counters, sorting, p)
     if state == "tired":
         return "may_be_tired" if counters.tired <= p.stage_one else by_acceptance
     if state == "no_attention" or action == "look_around":

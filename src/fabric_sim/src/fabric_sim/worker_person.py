@@ -3,8 +3,6 @@
 
 from __future__ import annotations
 
-import math
-
 from .character import Character
 from .worker_model import History, ModelLibrary, WorkerModel, effective_character
 from .worker_parameters import ScenarioTiming, WorkerParameters
@@ -22,7 +20,6 @@ class Person:
         self._library = library
         self._history = History()
         self._now: Character | None = None
-        self._refusing = 0.0
 
     @property
     def history(self) -> History:
@@ -36,10 +33,9 @@ class Person:
             self._now = effective_character(self.character, self._history, self._p.history)
         return self._now
 
-    def become(self, character: Character, refusing: float = 0.0) -> None:
-        """Take on a mood: other dials for the history to act on, and log-odds of any refusal."""
+    def become(self, character: Character) -> None:
+        """Take on a mood: other dials for the history to act on."""
         self.character = character
-        self._refusing = refusing
         self._now = None
 
     def model(self) -> WorkerModel:
@@ -54,8 +50,6 @@ class Person:
     def refusal(self, origin: str, distracted_for: float) -> float:
         """Return the probability of refusing help when interrupted at `origin`."""
         general = self.model().refusal
-        if self._refusing:
-            general /= general + (1.0 - general) * math.exp(-self._refusing)
         return refusal_probability(general, origin, distracted_for, self._p.responses)
 
     def annoyed(self, amount: float) -> None:

@@ -324,8 +324,7 @@ class TaskMeter:
     def _accuracy(self, stage: Sequence[str]) -> float | None:
         """Share of decisions whose most likely state was the truth, while the truth was in `stage`.
 
-        Decisions of models that do not know the stage are not judged, nor are those at the first
-        sight of the task and at its end: nothing has been seen yet, or nothing is left to infer.
+        Decisions of models that do not know the stage are not judged, nor are those at_border.
         """
         truths = self._ordered_truths()
         stamps = [truth.t for truth in truths]
@@ -333,7 +332,7 @@ class TaskMeter:
         for sequence, decision in self._decisions.items():
             names = self._states.get(decision.model_hash, [])
             observation = self._observations.get(sequence)
-            if observation is None or not set(names) & set(stage) or _at_border(observation):
+            if observation is None or not set(names) & set(stage) or at_border(observation):
                 continue
             index = bisect_right(stamps, to_seconds(observation)) - 1
             if index < 0 or truths[index].word not in stage:
@@ -343,7 +342,8 @@ class TaskMeter:
         return _ratio(right, judged)
 
 
-def _at_border(observation: Observation) -> bool:
+def at_border(observation: Observation) -> bool:
+    """Whether nothing has been seen yet of the task, or nothing is left to infer."""
     ended = observation.task_success or observation.task_failure
     return ended or observation.trigger == Observation.TRIGGER_START
 

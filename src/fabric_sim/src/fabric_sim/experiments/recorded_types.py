@@ -26,7 +26,8 @@ from fabric_sim.experiments.observed_worker import FreshStaff, TaskRecord
 from fabric_sim.worker_model import ModelLibrary
 from fabric_sim.worker_parameters import STATES, WorkerParameters
 
-ROBOTS = ("proactive", "patient", "eager", "reactive")
+#: The recorded robots did not grasp again at once after a warning; nor do these.
+ROBOTS = ("proactive", "patient", "eager", "reactive_waiting")
 ALONE = "none"
 LOST_AFTER = 52.0  # s; what a lost package counts, as in the recordings
 STEP = 4.5  # s; a recorded turn in which the person only watches: a moment of idling, a decision

@@ -2,6 +2,7 @@
 """The robots of the short-term study: the two of the thesis, and what they are measured against.
 
 proactive, reactive, patient, eager: the shipped decision models. none: the person alone.
+reactive_waiting: the reactive robot made more polite, its 15 s begin anew after a warning.
 never_help: the proactive robot without its grasp. It may watch, prepare, point and cancel, and
 plans with what it has (the proactive model without the action grasp).
 oracle: the proactive model with the hidden state revealed, see `Oracle`.
@@ -24,10 +25,12 @@ from fabric_sim.batch_decider import AgentDecider, Decider, Names
 from fabric_sim.batch_loop import Files
 from fabric_sim.truth import Truth
 from fabric_sim.worker import Worker
+from fabric_study.meter import at_border
 
 TITLES = {
     "proactive": "proactive (A-POMDP)",
     "reactive": "reactive (MDP)",
+    "reactive_waiting": "reactive, waits anew",
     "none": "person alone",
     "never_help": "never help",
     "oracle": "oracle",
@@ -157,10 +160,11 @@ class WatchedDecider:
         self._decider.set_model(path, keep_belief)
 
     def decide(self, observation: Observation, truth: Truth) -> Decision:
-        """Decide and count."""
+        """Decide, and count as TaskMeter judges."""
         decision = self._decider.decide(observation, truth)
-        likeliest = self.model.states[int(np.argmax(decision.belief))]
-        self.believed[Believed(truth.anticipated_state, likeliest)] += 1
+        if not at_border(observation):
+            likeliest = self.model.states[int(np.argmax(decision.belief))]
+            self.believed[Believed(truth.anticipated_state, likeliest)] += 1
         return decision
 
 

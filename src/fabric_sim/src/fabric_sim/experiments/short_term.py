@@ -44,7 +44,7 @@ from fabric_study.run_record import RunRecord
 
 FILES = ("results.csv", "scenarios.csv", "confusion.csv", "tests.json", "report.html")
 NOISES = (0.1, 0.0)
-ROBOTS = ("proactive", "reactive", "none", "never_help", "oracle", "patient", "eager")
+ROBOTS = ("proactive", "reactive", "reactive_waiting", "none", "never_help", "oracle")
 
 
 @dataclass(frozen=True)

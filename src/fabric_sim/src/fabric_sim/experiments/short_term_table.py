@@ -44,6 +44,8 @@ MEASURES = (
 #: Shown too, but nothing is claimed about them.
 FURTHER = (
     Measure("human_share", "done by the person", True, (None, None), 3),
+    Measure("stage1_pooled", "stage 1, decisions pooled", True, (None, None), 3),
+    Measure("stage2_pooled", "stage 2, decisions pooled", True, (None, None), 3),
     Measure("false_warnings", "misread warnings per scenario", False, (None, None), 2),
     Measure("decisions", "decisions per task", False, (None, None), 1),
 )
@@ -89,7 +91,11 @@ class Study:
 
 
 def scenario_row(rows: Rows) -> dict[str, Value]:
-    """Return the figures of a scenario from its tasks; accuracies are over its decisions."""
+    """Return the figures of a scenario from its tasks.
+
+    An accuracy is the mean over the tasks in which the stage came up, as the course of Fig. 4.6e;
+    pooled, every decision weighs the same.
+    """
     sums = {name: math.fsum(float(row[name] or 0.0) for row in rows) for name in rows[0]
             if not isinstance(rows[0][name], str)}  # fmt: skip
     n = len(rows)
@@ -100,20 +106,26 @@ def scenario_row(rows: Rows) -> dict[str, Value]:
         n,
         sums["discounted_reward"] / n,
         sums["warnings"],
-        _ratio(sums["stage1_right"], sums["stage1_judged"]),
-        _ratio(sums["stage2_right"], sums["stage2_judged"]),
+        _mean(rows, "stage1_accuracy"),
+        _mean(rows, "stage2_accuracy"),
         sums["success"] / n,
         sums["duration_s"] / n,
         sums["human_succeeded"] / n,
+        _ratio(sums["stage1_right"], sums["stage1_judged"]),
+        _ratio(sums["stage2_right"], sums["stage2_judged"]),
         sums["false_warnings"],
         sums["decisions"] / n,
     )
     row = dict(zip(SCENARIO_COLUMNS, values, strict=True))
-    if row["robot"] == "reactive":
-        row["stage1_accuracy"] = None  # its model has no stage 1
-    if row["robot"] == "none":
-        row["stage1_accuracy"] = row["stage2_accuracy"] = None
+    for stage in ("stage1", "stage2"):  # a model that does not know a stage is not judged
+        if row[f"{stage}_accuracy"] is None:
+            row[f"{stage}_pooled"] = None
     return row
+
+
+def _mean(rows: Rows, name: str) -> float | None:
+    values = [float(row[name]) for row in rows if row[name] is not None]
+    return _ratio(math.fsum(values), len(values))
 
 
 def _ratio(part: float, whole: float) -> float | None:
