@@ -161,7 +161,8 @@ def study_of(differences: list[float]) -> Study:
     rows = []
     for seed, difference in enumerate(differences, start=SEED):
         for robot, reward in (("proactive", 4.0 + difference), ("reactive", 4.0)):
-            values = (0.1, robot, seed, 40, reward, 1.0, 0.8, 0.7, 0.9, 20.0, 0.5, 0.7, 0.6, 0.0, 6.0)
+            figures = (reward, 1.0, 0.8, 0.7, 0.9, 20.0, 0.5, 0.7, 0.6, 0.0, 6.0)
+            values = (0.1, robot, seed, 40, *figures)
             rows.append(dict(zip(SCENARIO_COLUMNS, values, strict=True)))
     return Study(("proactive", "reactive"), (0.1,), [], rows, {})
 

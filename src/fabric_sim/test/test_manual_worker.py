@@ -19,6 +19,7 @@ from fabric_sim.worker_events import (
     RobotView,
     WorldView,
 )
+from fabric_sim.worker_parameters import WorkerParameters
 
 RULES = {1: "red", 2: "green"}
 GRASPING = RobotView(ROBOT_GRASP, 1)
@@ -112,10 +113,13 @@ def test_a_grasp_lifts_the_package_and_puts_it_away_in_the_time_of_a_simulated_p
     assert (desk.worker.action, desk.worker.holding) == ("grasp", False)
     desk.run(2.5)
     assert desk.worker.holding
-    desk.run(9.0)
+    desk.run(20.0)
     placed = desk.events[desk.kinds().index(EventKind.PLACED_CUBE)]
     assert (placed.container, placed.correct) == ("inspected", True)
-    assert 3.0 < placed.t < 9.5
+    timing = WorkerParameters.load().timing.inspection
+    slowest = 1.0 + sum(timing.slowness.values())
+    longest = slowest * (timing.reach.most + timing.carry.most)
+    assert timing.reach.least + timing.carry.least < placed.t < longest
     assert desk.worker.state == "success"
     assert desk.worker.action == "idle"
 

@@ -81,7 +81,7 @@ class RecorderNode:
         self._latched: dict[str, Callable[[BagFile], None]] = {}
         self._traffic = Traffic("recorder")
         self._traffic.declare_sent("results")
-        rospy.on_shutdown(self._traffic.serialised(self._close_bag))
+        rospy.on_shutdown(self._traffic.serialised(self._stop))
         self._listen()
 
     def _listen(self) -> None:
@@ -189,6 +189,11 @@ class RecorderNode:
         self._meter = self._ended = self._guard = None
         self._close_bag()
         self._traffic.sent("results")
+
+    def _stop(self) -> None:
+        """Close the bag; a task that begins during the shutdown opens no other."""
+        self._record = False
+        self._close_bag()
 
     def _close_bag(self) -> None:
         if self._bag is not None:
