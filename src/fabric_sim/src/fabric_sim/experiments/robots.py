@@ -11,7 +11,6 @@ oracle: the proactive model with the hidden state revealed, see `Oracle`.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 from shutil import copyfile
@@ -24,7 +23,6 @@ from fabric_msgs.msg import Decision, Observation
 from fabric_sim.batch_decider import AgentDecider, Decider, Names
 from fabric_sim.batch_loop import Files
 from fabric_sim.truth import Truth
-from fabric_sim.worker import Worker
 from fabric_study.meter import at_border
 
 TITLES = {
@@ -73,24 +71,19 @@ def write_never_help(folder: Path) -> Path:
 
 
 class Oracle:
-    """Knows the true state and whether help would be accepted, and acts best for that.
+    """Knows the person's anticipated state and does what is best in it.
 
-    It acts by the optimal policy of the fully observable MDP under the proactive model. Its state
-    is the anticipated state of the person. When something is wrong - stage 1, needs help or does
-    not need help - what is left to chance is whether help would be accepted now, with the
-    probability p = acceptance: then it takes the action that is best in expectation, p on
-    needs_help and 1 - p on does_not_need_help (QMDP). It plans with the robot's idea of people, not
-    with their model: it shows what better estimates would give this robot, not what any could do.
+    It acts by the optimal policy of the fully observable MDP under the proactive model. It plans
+    with the robot's idea of people, not with their model: it shows what perfect estimates would
+    give this robot, not what any robot could do.
     """
 
     model_hash = "oracle"
 
-    def __init__(self, model: fp.Pomdp, acceptance: Callable[[float], float]) -> None:
-        """acceptance: of time in s, the probability that help would be accepted now."""
+    def __init__(self, model: fp.Pomdp) -> None:
         self.model: Names = model
-        self._pomdp, self._acceptance = model, acceptance
+        self._pomdp = model
         self._q = np.asarray(fp.solve_mdp(model).q)  # (A, S)
-        self._help, self._no_help = map(model.state_index, ("needs_help", "does_not_need_help"))
 
     def reset(self) -> None:
         """Nothing is remembered from task to task."""
@@ -99,18 +92,11 @@ class Oracle:
         """Raises ValueError: the oracle has no other model."""
         raise ValueError(f"the oracle cannot change to {path}")
 
-    def values(self, word: str, t: float) -> np.ndarray:
-        """Return the value of each action, (A,), in an anticipated state at time t."""
-        if word in (*STAGE_1, "needs_help", "does_not_need_help"):
-            accepts = self._acceptance(t)
-            return accepts * self._q[:, self._help] + (1.0 - accepts) * self._q[:, self._no_help]
-        return self._q[:, self._pomdp.state_index(word)]
-
     def decide(self, observation: Observation, truth: Truth) -> Decision:
         """Return the best decision for the true state."""
-        values = self.values(truth.anticipated_state, observation.header.stamp.to_sec())
-        best = int(values.argmax())
         state = self._pomdp.state_index(truth.anticipated_state)
+        values = self._q[:, state]
+        best = int(values.argmax())
         return Decision(
             sequence=observation.sequence,
             observation_sequence=observation.sequence,
@@ -174,10 +160,10 @@ def _agent(model: Path) -> AgentDecider:
     return AgentDecider(FILES.agent(model))
 
 
-def decider_of(robot: str, model: Path, worker: Worker) -> WatchedDecider:
-    """Return what decides for a robot of TITLES beside `worker`; model: its decision model."""
+def decider_of(robot: str, model: Path) -> WatchedDecider:
+    """Return what decides for a robot of TITLES; model: its decision model."""
     if robot == "oracle":
-        return WatchedDecider(Oracle(fp.load(model), worker.acceptance))
+        return WatchedDecider(Oracle(fp.load(model)))
     return WatchedDecider(_agent(model))
 
 

@@ -121,7 +121,7 @@ def run_scenario(job: ScenarioJob) -> ScenarioResult:
     """Run all tasks of a scenario in order."""
     staff = DriftingStaff(job.seed, None, *_people(), make_worker=TimedWorker)
     worker = staff.worker(1)
-    decider = decider_of(job.robot, model_of(job.robot, job.folder), worker)
+    decider = decider_of(job.robot, model_of(job.robot, job.folder))
     setup = RunSetup(SCENARIO, "drifting", job.robot, job.seed, job.noise)
     run = HeadlessRun(setup, FILES, staff=staff, decider=decider)
     rows, believed = [], Counter()

@@ -36,7 +36,7 @@ a robot that reaches into it, with a stop gesture (a <em>warning</em>). Two peop
 the robot. On a normal day the person is able, rested and attentive; as tasks go by, other moods
 become more likely:</p>
 {moods}
-<p>A stubborn person cannot lift the package and will not be helped; a tired one stands idle, lifts
+<p>A stubborn person cannot lift the package, keeps trying and would rather not be helped; a tired one stands idle, lifts
 badly or takes a break; a distracted one looks elsewhere. What the person went through stays:
 packages tire, breaks refresh, unwanted help annoys.</p>
 <h2>The robots</h2>
@@ -45,20 +45,21 @@ packages tire, breaks refresh, unwanted help annoys.</p>
 (stage 1: not capable, tired, distracted), then what the person wants (stage 2: a reminder, help, or
 neither), and plans ahead under that belief.</li>
 <li><b>reactive</b>: takes over by fixed rules - after a failed attempt, when nobody is there, or
-after 15 s without success.</li>
+after 15 s without success. Warned, it stops, and asks again as soon as the warning is over.</li>
+<li><b>reactive, waits anew</b>: the same, but after a warning its 15 s begin anew. This is not the
+thesis' robot; it shows how much of the difference is due to asking again at once.</li>
 <li><b>person alone</b>: the robot stands still.</li>
 <li><b>never help</b>: the proactive robot without its grasp; it may watch, prepare, point and
 cancel.</li>
-<li><b>oracle</b>: the proactive robot's idea of people, with the true state revealed, and with it
-whether help would be accepted. No robot can know this; it shows what better estimates would be
-worth.</li>
+<li><b>oracle</b>: the proactive robot's idea of people, with the person's true state revealed. No
+robot can know this; it shows what better estimates would be worth.</li>
 <li><b>patient, eager</b>: the proactive robot with other ideas of how often people need help.</li>
 </ul>
 <h2>What is measured</h2>
 <p>The reward of a task is +6 for a success, -3 for a failure and -3 for each warning that the
-person gave, discounted by 0.98 a decision. Estimation accuracy is the share of decisions whose
-likeliest state was the true one, over the decisions of a scenario while the truth was in that
-stage. Duration counts failed tasks too; a task that nobody finishes fails after about a minute.
+person gave, discounted by 0.98 a decision. Estimation accuracy is the share of a task's decisions
+whose likeliest state was the true one while the truth was in that stage, averaged over the tasks;
+pooled, every decision weighs the same. Duration counts failed tasks too; a task that nobody finishes fails after about a minute.
 Published values are those of the thesis (Table 4.1), which had 5 scenarios of 40 tasks for each
 robot.</p>
 """

@@ -311,8 +311,9 @@ def table_text(study: Study) -> str:
     for noise in study.noises:
         parts += [f"== {noise_title(noise)} ==", aligned_text(main_table(study, noise))]
         parts += ["means over scenarios with 95 % intervals (Student's t)"]
-        parts += [f"proactive minus {TITLES['reactive']}, paired by scenario:"]
-        parts += [aligned_text(comparison_table(study, noise, "reactive"))]
+        for second in (name for name in study.robots if name.startswith("reactive")):
+            parts += [f"proactive minus {TITLES[second]}, paired by scenario:"]
+            parts += [aligned_text(comparison_table(study, noise, second))]
         if way := way_table(study, noise):
             parts += ["way from the person alone (0) to the oracle (1):", aligned_text(way)]
         parts.append(aligned_text(goal_table(study, noise)))
