@@ -36,9 +36,9 @@ a robot that reaches into it, with a stop gesture (a <em>warning</em>). Two peop
 the robot. On a normal day the person is able, rested and attentive; as tasks go by, other moods
 become more likely:</p>
 {moods}
-<p>A stubborn person cannot lift the package, keeps trying and would rather not be helped; a tired one stands idle, lifts
-badly or takes a break; a distracted one looks elsewhere. What the person went through stays:
-packages tire, breaks refresh, unwanted help annoys.</p>
+<p>A stubborn person cannot lift the package, keeps trying and would rather not be helped; a tired
+one stands idle, lifts badly or takes a break; a distracted one looks elsewhere. What the person
+went through stays: packages tire, breaks refresh, unwanted help annoys.</p>
 <h2>The robots</h2>
 <ul>
 <li><b>proactive</b>: keeps a belief about what the person is up to. First it asks what may be wrong
@@ -59,7 +59,8 @@ robot can know this; it shows what better estimates would be worth.</li>
 <p>The reward of a task is +6 for a success, -3 for a failure and -3 for each warning that the
 person gave, discounted by 0.98 a decision. Estimation accuracy is the share of a task's decisions
 whose likeliest state was the true one while the truth was in that stage, averaged over the tasks;
-pooled, every decision weighs the same. Duration counts failed tasks too; a task that nobody finishes fails after about a minute.
+pooled, every decision weighs the same. Duration counts failed tasks too; a task that nobody
+finishes fails after about a minute.
 Published values are those of the thesis (Table 4.1), which had 5 scenarios of 40 tasks for each
 robot.</p>
 """
