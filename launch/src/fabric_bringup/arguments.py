@@ -121,17 +121,17 @@ def _dials(text: str) -> str | None:
 
 
 def simulated_human(text: str) -> str:
-    """A known type, four dials, random (one a run), mixed (one a task), or a worker's file."""
+    """A known type, four dials, random (one a run), mixed (one a task), drifting, or a file."""
     file = _model_file(text)
     if file is not None:
         return file
-    if _dials(text) is not None or text in HUMAN_TYPES + ("random", "mixed"):
+    if _dials(text) is not None or text in HUMAN_TYPES + ("random", "mixed", "drifting"):
         return text
     if text == MANUAL:
         raise ArgumentError("a simulated person (manual needs somebody at the keys: ./fabric sim)")
     raise ArgumentError(
-        "random, mixed, four numbers e,s,a,c in [0, 1], a model file (.pomdpx), or one of the "
-        "types " + ", ".join(HUMAN_TYPES)
+        "random, mixed, drifting, four numbers e,s,a,c in [0, 1], a model file (.pomdpx), or one "
+        "of the types " + ", ".join(HUMAN_TYPES)
     )
 
 
@@ -207,7 +207,7 @@ def new_run_folder() -> str:
     raise AssertionError("unreachable: count() does not end")
 
 
-PEOPLE = "a type | e,s,a,c | random | mixed | a model file"
+PEOPLE = "a type | e,s,a,c | random | mixed | drifting | a model file"
 
 
 @dataclasses.dataclass(frozen=True)

@@ -8,6 +8,7 @@ import yaml
 
 from fabric_sim import drift
 from fabric_sim.drift import NORMAL, DriftError, DriftingStaff, DriftParameters
+from fabric_sim.staff import Staff
 from fabric_sim.worker_events import RobotView, WorldView
 from fabric_sim.worker_model import ModelLibrary
 from fabric_sim.worker_parameters import WorkerParameters, default_path
@@ -169,3 +170,11 @@ def test_numbers_that_cannot_be_meant_are_refused_by_name(content, path, value, 
 def test_a_missing_file_is_refused_by_name(tmp_path):
     with pytest.raises(DriftError, match="nowhere.yaml"):
         DriftParameters.load(tmp_path / "nowhere.yaml")
+
+
+def test_a_drifting_person_can_be_asked_for_by_name():
+    people = Staff("drifting", 101)
+    own = DriftingStaff(101)
+    for number in (1, 30, 40):
+        assert people.worker(number).person.character == own.worker(number).person.character
+    assert people.worker(41) is people.worker(42)

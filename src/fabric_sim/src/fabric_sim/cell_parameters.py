@@ -18,7 +18,7 @@ class ParameterError(ValueError):
 class CellParameters:
     """What the node is started with; files by path."""
 
-    human: str  # name of a type, "e,s,a,c", random, mixed, a worker's file or manual
+    human: str  # name of a type, "e,s,a,c", random, mixed, drifting, a worker's file or manual
     seed: int  # root seed of the run
     sensing: str  # one of SENSING
     expected: tuple[str, ...]  # nodes to wait for, as they call themselves in heartbeats

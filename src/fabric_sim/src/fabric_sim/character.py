@@ -138,7 +138,7 @@ CORNERS = _corners()
 
 def _allowed() -> str:
     words = "_".join(f"{low}|{high}" for low, high in zip(LOW_NAMES, HIGH_NAMES, strict=True))
-    return f"{words}, four numbers e,s,a,c in [0, 1], random, mixed"
+    return f"{words}, four numbers e,s,a,c in [0, 1], random, mixed, drifting"
 
 
 def human_of_task(spec: str, seed: int, task_number: int) -> Character:

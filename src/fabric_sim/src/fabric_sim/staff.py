@@ -3,10 +3,13 @@
 
 from fabric_sim.cell_parameters import MANUAL
 from fabric_sim.character import Character, CharacterError, human_of_task, named_generator
+from fabric_sim.drift import DriftingStaff
 from fabric_sim.worker import Worker
 from fabric_sim.worker_file import FileWorker, WorkerFile, is_worker_file
 from fabric_sim.worker_model import ModelLibrary
 from fabric_sim.worker_parameters import WorkerParameters
+
+DRIFTING = "drifting"  # one person in moods that change from task to task
 
 
 class Staff:
@@ -31,8 +34,11 @@ class Staff:
         self._character: Character | None = None
         self._file: WorkerFile | None = None
         self._worker: Worker | None = None
+        self._drifting: DriftingStaff | None = None
         if is_worker_file(human):
             self._file = WorkerFile.load(human, self._parameters)
+        elif human == DRIFTING:
+            self._drifting = DriftingStaff(seed, None, self._parameters, self._library)
         else:
             human_of_task(human, seed, 1)
 
@@ -40,6 +46,8 @@ class Staff:
         """The worker of a task, numbered from 1: with a history if it is the one of the last."""
         if self._file is not None:
             return self._worker_of_file(task_number)
+        if self._drifting is not None:
+            return self._drifting.worker(task_number)
         character = human_of_task(self._human, self._seed, task_number)
         if self._worker is None or character != self._character:
             rng = named_generator(self._seed, "worker", task_number)
