@@ -12,6 +12,7 @@ import fabric_planner as fp
 from fabric_msgs.msg import Decision, Observation
 from fabric_sim.drift import DriftingStaff
 from fabric_sim.experiments import command, short_term
+from fabric_sim.experiments.observed_worker import ObservedWorker
 from fabric_sim.experiments.robots import (
     FILES,
     TITLES,
@@ -24,7 +25,6 @@ from fabric_sim.experiments.scenario import (
     OCCUPIED,
     TASK_COLUMNS,
     ScenarioJob,
-    TimedWorker,
     run_scenario,
     stage_counts,
 )
@@ -181,17 +181,17 @@ def test_robots_are_compared_in_equal_scenarios():
 
 
 def test_the_watch_runs_from_the_packages_coming_to_its_fate():
-    worker = DriftingStaff(SEED, make_worker=TimedWorker).worker(1)
+    worker = DriftingStaff(SEED, make_worker=ObservedWorker).worker(1)
     worker.start_task(0.0, "inspection")
     worker.start_subtask(1.0)
     worker.step(2.0, RobotView(), WorldView(cube_at_pick_point=False))
-    assert sum(worker.seconds.values()) == 0.0
+    assert sum(worker.record.seconds.values()) == 0.0
     for tick in range(21):
         worker.step(3.0 + 0.5 * tick, RobotView(), WorldView(cube_at_pick_point=True))
     worker.end_subtask(14.0, success=False, by_person=False)
     worker.step(20.0, RobotView(), WorldView(cube_at_pick_point=True))
-    assert sum(worker.seconds.values()) == pytest.approx(11.0)
-    assert 0.0 <= worker.handling <= worker.seconds["evaluating"]
+    assert sum(worker.record.seconds.values()) == pytest.approx(11.0)
+    assert 0.0 <= worker.record.handling <= worker.record.seconds["evaluating"]
 
 
 # -- the command --------------------------------------------------------------------------------

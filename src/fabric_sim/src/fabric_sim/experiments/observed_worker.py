@@ -18,7 +18,8 @@ class TaskRecord:
 
     began, ended, reported: s; when the package came, was dealt with, and when the task's status
     said so. success: the package was placed right. by_person: who placed it. seconds: time in s
-    spent in every state of STATES. interferences, refusals: of the robot's grasps that the person
+    spent in every state of STATES; handling: the part of evaluating in which the hand is at the
+    package, s. interferences, refusals: of the robot's grasps that the person
     noticed. attempts: for each grasp begun while evaluating, whether it will lift the package.
     events: what the person did until the package was dealt with. actions: how many of them began.
     """
@@ -32,6 +33,7 @@ class TaskRecord:
     refusals: int = 0
     attempts: list[bool] = field(default_factory=list)
     seconds: dict[str, float] = field(default_factory=lambda: dict.fromkeys(STATES, 0.0))
+    handling: float = 0.0
     events: list[WorkerEvent] = field(default_factory=list, repr=False)
     actions: int = 0
 
@@ -92,8 +94,11 @@ class ObservedWorker(Worker):
         super().end_task(t, success)
 
     def _take_time(self, t: float) -> None:
-        if self.record.began is not None and self.record.ended is None:
-            self.record.seconds[self.state] += t - self._since
+        record = self.record
+        if record.began is not None and record.ended is None:
+            record.seconds[self.state] += t - self._since
+            if self.state == "evaluating" and self.action == "grasp":
+                record.handling += t - self._since
             self._since = t
 
 

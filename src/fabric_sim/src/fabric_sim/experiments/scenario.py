@@ -8,10 +8,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import Any
 
 from fabric_sim.batch_loop import HeadlessRun, RunSetup
 from fabric_sim.drift import DriftingStaff
+from fabric_sim.experiments.observed_worker import ObservedWorker, TaskRecord
 from fabric_sim.experiments.robots import (
     FILES,
     RUNNING,
@@ -22,10 +22,8 @@ from fabric_sim.experiments.robots import (
     decider_of,
     model_of,
 )
-from fabric_sim.worker import Worker
-from fabric_sim.worker_events import RobotView, WorkerEvent, WorldView
 from fabric_sim.worker_model import ModelLibrary
-from fabric_sim.worker_parameters import STATES, WorkerParameters
+from fabric_sim.worker_parameters import WorkerParameters
 from fabric_study.meter import COLUMNS, Value
 
 #: What the person was seen to be in: name of the column of seconds, states of the worker.
@@ -68,48 +66,6 @@ class ScenarioResult:
     believed: Counter[Believed]
 
 
-class TimedWorker(Worker):
-    """A worker with a stop watch: s in every state from the package's coming to its fate.
-
-    seconds: by state; `handling`: the part of evaluating in which the hand is at the package.
-    """
-
-    def __init__(self, *arguments: Any, **options: Any) -> None:
-        super().__init__(*arguments, **options)
-        self._start_watch()
-
-    def _start_watch(self) -> None:
-        self.seconds = dict.fromkeys(STATES, 0.0)
-        self.handling = 0.0
-        self._since: float | None = None
-        self._over = False
-
-    def start_task(self, t: float, *arguments: Any, **options: Any) -> None:
-        """Begin a task with the watch at zero."""
-        self._start_watch()
-        super().start_task(t, *arguments, **options)
-
-    def step(self, t: float, robot: RobotView, world: WorldView) -> list[WorkerEvent]:
-        """Advance as a Worker does, and take the time."""
-        self._take_time(t)
-        if self._since is None and world.cube_at_pick_point and not self._over:
-            self._since = t
-        return super().step(t, robot, world)
-
-    def end_subtask(self, t: float, success: bool, by_person: bool) -> None:
-        """Stop the watch; an inspection is over with its only package."""
-        self._take_time(t)
-        self._since, self._over = None, True
-        super().end_subtask(t, success, by_person)
-
-    def _take_time(self, t: float) -> None:
-        if self._since is not None:
-            self.seconds[self.state] += t - self._since
-            if self.state == "evaluating" and self.action == "grasp":
-                self.handling += t - self._since
-            self._since = t
-
-
 @cache
 def _people() -> tuple[WorkerParameters, ModelLibrary]:
     """Parameters and models of people, shared by the scenarios of a process."""
@@ -119,7 +75,7 @@ def _people() -> tuple[WorkerParameters, ModelLibrary]:
 
 def run_scenario(job: ScenarioJob) -> ScenarioResult:
     """Run all tasks of a scenario in order."""
-    staff = DriftingStaff(job.seed, None, *_people(), make_worker=TimedWorker)
+    staff = DriftingStaff(job.seed, None, *_people(), make_worker=ObservedWorker)
     worker = staff.worker(1)
     decider = decider_of(job.robot, model_of(job.robot, job.folder))
     setup = RunSetup(SCENARIO, "drifting", job.robot, job.seed, job.noise)
@@ -130,7 +86,7 @@ def run_scenario(job: ScenarioJob) -> ScenarioResult:
         own = dict(
             zip(OWN_COLUMNS, (job.noise, job.robot, job.seed, staff.mood(number)), strict=True)
         )
-        rows.append({**own, **row, **stage_counts(decider.believed), **_seconds(worker)})
+        rows.append({**own, **row, **stage_counts(decider.believed), **_seconds(worker.record)})
         believed += decider.believed
     return ScenarioResult(job, rows, believed)
 
@@ -148,10 +104,10 @@ def stage_counts(believed: Mapping[Believed, int]) -> dict[str, int]:
     return dict(zip(COUNT_COLUMNS, counts, strict=True))
 
 
-def _seconds(worker: TimedWorker) -> dict[str, float]:
+def _seconds(record: TaskRecord) -> dict[str, float]:
     """Return the seconds from the package's coming to its end, and those of OCCUPIED."""
-    seconds = dict(worker.seconds)
+    seconds = dict(record.seconds)
     present = sum(seconds.values())
-    seconds["evaluating"] -= worker.handling
+    seconds["evaluating"] -= record.handling
     occupied = {name: sum(seconds[state] for state in states) for name, states in OCCUPIED.items()}
     return {"present_s": present, **occupied}
