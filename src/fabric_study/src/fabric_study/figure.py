@@ -28,6 +28,15 @@ def moving_average(values: Sequence[float], window: int = WINDOW) -> list[float]
     ]
 
 
+def svg_of(figure: plt.Figure) -> str:
+    """Return a figure as SVG text without a date, and close it."""
+    buffer = io.StringIO()
+    figure.savefig(buffer, format="svg", metadata={"Date": None})
+    plt.close(figure)
+    text = buffer.getvalue()
+    return text[text.index("<svg") :]
+
+
 def results_svg(rows: Sequence[Row]) -> str:
     """Return an SVG: over the tasks above, means with 95 % intervals below."""
     with plt.rc_context(STYLE):
@@ -36,11 +45,7 @@ def results_svg(rows: Sequence[Row]) -> str:
             _draw_course(axes[0][index], rows, name, title)
             _draw_means(axes[1][index], rows, name)
         axes[0][0].legend(frameon=False)
-        buffer = io.StringIO()
-        figure.savefig(buffer, format="svg", metadata={"Date": None})
-        plt.close(figure)
-    text = buffer.getvalue()
-    return text[text.index("<svg") :]
+        return svg_of(figure)
 
 
 def _draw_course(axes: plt.Axes, rows: Sequence[Row], name: str, title: str) -> None:

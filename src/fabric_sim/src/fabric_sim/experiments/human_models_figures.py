@@ -3,34 +3,21 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Sequence
 
-import matplotlib
+import numpy as np
 
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt  # noqa: E402  # the back end is chosen first
-import numpy as np  # noqa: E402
+from fabric_sim.experiments.dial_fit import DIALS
+from fabric_sim.experiments.people_fit import PeopleResult, PersonResult
+from fabric_sim.experiments.recovery import Recovery
+from fabric_study.figure import STYLE, plt, svg_of
 
-from fabric_sim.experiments.dial_fit import DIALS  # noqa: E402
-from fabric_sim.experiments.people_fit import PeopleResult, PersonResult  # noqa: E402
-from fabric_sim.experiments.recovery import Recovery  # noqa: E402
-
-STYLE = {"svg.hashsalt": "fabric", "font.size": 9, "axes.spines.top": False}
 ENDS = {
     "expertise": ("beginner", "expert"),
     "stamina": ("tired", "rested"),
     "attention": ("distracted", "attentive"),
     "collaborativeness": ("noncollaborative", "collaborative"),
 }
-
-
-def _svg(figure: plt.Figure) -> str:
-    buffer = io.StringIO()
-    figure.savefig(buffer, format="svg", metadata={"Date": None})
-    plt.close(figure)
-    text = buffer.getvalue()
-    return text[text.index("<svg") :]
 
 
 def heat_map(
@@ -63,7 +50,7 @@ def heat_map(
         axes.set_xlabel(top)
         axes.set_ylabel(left)
         axes.spines["bottom"].set_visible(False)
-        return _svg(figure)
+        return svg_of(figure)
 
 
 def _number(value: float) -> str:
@@ -86,7 +73,7 @@ def dials_figure(people: Sequence[PersonResult]) -> str:
             panel.spines["right"].set_visible(False)
         axes[0].set_yticks(range(len(people)), [person.name for person in people])
         axes[0].set_ylim(len(people) - 0.5, -0.5)
-        return _svg(figure)
+        return svg_of(figure)
 
 
 def _dial_axis(panel: plt.Axes, name: str) -> None:
@@ -120,7 +107,7 @@ def recovery_figure(recovery: Recovery) -> str:
             panel.set_ylim(-0.05, 1.05)
             panel.set_xlabel("true")
         axes[0].set_ylabel("fitted, with 95 % interval")
-        return _svg(figure)
+        return svg_of(figure)
 
 
 def prediction_figure(result: PeopleResult) -> str:
@@ -152,4 +139,4 @@ def prediction_figure(result: PeopleResult) -> str:
         axes[0].set_ylabel("nats")
         if len(result.people) <= 8:
             axes[1].legend(frameon=False, fontsize=7.5, bbox_to_anchor=(1.0, 1.0), loc="upper left")
-        return _svg(figure)
+        return svg_of(figure)

@@ -3,18 +3,12 @@
 
 from __future__ import annotations
 
-import io
 import math
 from collections.abc import Mapping, Sequence
 
-import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt  # noqa: E402  # the back end is chosen first
-
-from fabric_sim.experiments.recorded_types import Line  # noqa: E402
-from fabric_sim.worker_parameters import STATES  # noqa: E402
-from fabric_study.figure import STYLE  # noqa: E402
+from fabric_sim.experiments.recorded_types import Line
+from fabric_sim.worker_parameters import STATES
+from fabric_study.figure import STYLE, plt, svg_of
 
 _VERDICT = {True: "C2", False: "C3", None: "C0"}  # gate met, not met, none
 _COLOURS = dict(zip(STATES, plt.get_cmap("tab20").colors, strict=False))
@@ -29,7 +23,7 @@ def comparison(lines: Sequence[Line]) -> str:
         for panel, measure in zip(axes.flat, measures, strict=True):
             _panel(panel, measure, [line for line in lines if line.measure == measure])
         axes[0][0].invert_yaxis()
-        return _svg(figure)
+        return svg_of(figure)
 
 
 def _panel(axes: plt.Axes, measure: str, lines: Sequence[Line]) -> None:
@@ -64,12 +58,4 @@ def occupancy(shares: Mapping[str, Mapping[str, float]]) -> str:
         axes.set_xlim(0.0, 1.0)
         axes.set_xlabel("share of the time (numbers in %)")
         axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.18), ncols=6, frameon=False)
-        return _svg(figure)
-
-
-def _svg(figure: plt.Figure) -> str:
-    buffer = io.StringIO()
-    figure.savefig(buffer, format="svg", metadata={"Date": None})
-    plt.close(figure)
-    text = buffer.getvalue()
-    return text[text.index("<svg") :]
+        return svg_of(figure)

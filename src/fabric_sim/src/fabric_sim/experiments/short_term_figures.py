@@ -3,21 +3,16 @@
 
 from __future__ import annotations
 
-import io
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 
-import matplotlib
+import numpy as np
+from scipy import stats
 
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt  # noqa: E402  # the back end is chosen first
-import numpy as np  # noqa: E402
-from scipy import stats  # noqa: E402
-
-from fabric_sim.drift import NORMAL  # noqa: E402
-from fabric_sim.experiments.robots import RUNNING, TITLES, Believed  # noqa: E402
-from fabric_sim.experiments.short_term_table import Study  # noqa: E402
-from fabric_study.figure import STYLE, WINDOW  # noqa: E402
+from fabric_sim.drift import NORMAL
+from fabric_sim.experiments.robots import RUNNING, TITLES, Believed
+from fabric_sim.experiments.short_term_table import Study
+from fabric_study.figure import STYLE, WINDOW, plt, svg_of
 
 COLOURS = {
     "proactive": "#0072B2",
@@ -44,15 +39,6 @@ PERSON = {  # panels after Fig. 4.5: columns of seconds, title
     ),
 }
 BANDWIDTH = 2.5  # tasks, of the smooth fit
-
-
-def svg_of(figure: plt.Figure) -> str:
-    """Return a figure as SVG text without date, and close it."""
-    buffer = io.StringIO()
-    figure.savefig(buffer, format="svg", metadata={"Date": None})
-    plt.close(figure)
-    text = buffer.getvalue()
-    return text[text.index("<svg") :]
 
 
 def courses(
