@@ -15,7 +15,6 @@ import json
 import multiprocessing
 import sys
 from collections.abc import Sequence
-from datetime import datetime
 from pathlib import Path
 
 from fabric_sim.batch_loop import Files
@@ -26,6 +25,7 @@ from fabric_sim.experiments import (
     recovery,
 )
 from fabric_sim.experiments.human_models_report import Results, html_of, json_rows, text_of
+from fabric_sim.experiments.output import new_folder, tell
 from fabric_sim.experiments.trials import Trial, TrialError, read_folder
 from fabric_sim.experiments.watching import Watching
 
@@ -92,15 +92,8 @@ def main(words: Sequence[str]) -> int:
     watching = Watching.of(Files().cell().sensing)
     jobs = given.jobs or multiprocessing.cpu_count()
     results = run(folder.name, trials, watching, given.quick, given.seed, jobs)
-    now = datetime.now().strftime("%Y-%m-%d_%H-%M-%S")
-    paths = write(results, given.out or Path("runs") / f"{now}_human-models")
-    if given.json:
-        for row in json_rows(results):
-            print(json.dumps(row))
-    else:
-        print(text_of(results))
-    for path in paths:
-        print(f"wrote {path}", file=sys.stderr if given.json else sys.stdout)
+    paths = write(results, given.out or new_folder("human-models"))
+    tell(text_of(results), json_rows(results), paths, given.json)
     return 0
 
 

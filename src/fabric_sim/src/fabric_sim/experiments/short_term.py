@@ -19,11 +19,11 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, dataclass
-from datetime import datetime
 from pathlib import Path
 
 from tqdm import tqdm
 
+from fabric_sim.experiments.output import new_folder, tell
 from fabric_sim.experiments.robots import TITLES, Believed, write_never_help
 from fabric_sim.experiments.scenario import (
     TASK_COLUMNS,
@@ -74,8 +74,7 @@ class Plan:
         if scenarios < 2:
             parser.error("--scenarios: 2 or more are needed to compare")
         tasks = given.tasks or (20 if given.quick else 40)
-        now = datetime.now().strftime("%Y-%m-%d_%H-%M-%S")
-        out = given.out or Path("runs") / f"{now}_short-term"
+        out = given.out or new_folder("short-term")
         return cls(
             tasks=tasks,
             seeds=range(given.seed, given.seed + scenarios),
@@ -181,13 +180,7 @@ def main(words: Sequence[str]) -> int:
     study = study_of(plan, run_all(plan))
     paths = write(plan, study)
     record.end("finished")
-    if plan.as_json:
-        for line in json_lines(study):
-            print(json.dumps(line))
-    else:
-        print(table_text(study))
-    for path in paths:
-        print(f"wrote {path}", file=sys.stderr if plan.as_json else sys.stdout)
+    tell(table_text(study), json_lines(study), paths, plan.as_json)
     return 0
 
 

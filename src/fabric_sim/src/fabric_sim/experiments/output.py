@@ -1,0 +1,27 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What the experiments share on the way out: their folder, and what they print at the end."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Iterable
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+
+def new_folder(name: str) -> Path:
+    """Return `runs/<date>_<time>_<name>`, where an experiment writes unless told otherwise."""
+    return Path("runs") / f"{datetime.now().strftime('%Y-%m-%d_%H-%M-%S')}_{name}"
+
+
+def tell(text: str, lines: Iterable[dict[str, Any]], paths: Iterable[Path], as_json: bool) -> None:
+    """Print the tables, or one JSON object a line, and which files were written."""
+    if as_json:
+        for line in lines:
+            print(json.dumps(line))
+    else:
+        print(text)
+    for path in paths:
+        print(f"wrote {path}", file=sys.stderr if as_json else sys.stdout)
