@@ -25,7 +25,7 @@ from fabric_sim.experiments import (
     recovery,
 )
 from fabric_sim.experiments.human_models_report import Results, html_of, json_rows, text_of
-from fabric_sim.experiments.output import new_folder, tell
+from fabric_sim.experiments.shell import new_folder, positive, tell
 from fabric_sim.experiments.trials import Trial, TrialError, read_folder
 from fabric_sim.experiments.watching import Watching
 
@@ -43,18 +43,11 @@ def _parser() -> argparse.ArgumentParser:
     parser.formatter_class = argparse.RawDescriptionHelpFormatter
     parser.add_argument("folder", type=Path, nargs="?", help="recorded trials (those shipped)")
     parser.add_argument("--quick", action="store_true", help="little of everything")
-    parser.add_argument("--seed", type=_positive, default=1, help="root seed (1)")
-    parser.add_argument("--jobs", type=_positive, help="processes (one a core)")
+    parser.add_argument("--seed", type=positive, default=1, help="root seed (1)")
+    parser.add_argument("--jobs", type=positive, help="processes (one a core)")
     parser.add_argument("--json", action="store_true", help="print one JSON object a line")
     parser.add_argument("--out", type=Path, help="folder (runs/<date>_<time>_human-models)")
     return parser
-
-
-def _positive(text: str) -> int:
-    value = int(text)
-    if value < 1:
-        raise argparse.ArgumentTypeError(f"{value} is less than 1")
-    return value
 
 
 def run(

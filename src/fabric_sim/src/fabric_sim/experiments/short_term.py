@@ -23,7 +23,6 @@ from pathlib import Path
 
 from tqdm import tqdm
 
-from fabric_sim.experiments.output import new_folder, tell
 from fabric_sim.experiments.robots import TITLES, Believed, write_never_help
 from fabric_sim.experiments.scenario import (
     TASK_COLUMNS,
@@ -31,6 +30,7 @@ from fabric_sim.experiments.scenario import (
     ScenarioResult,
     run_scenario,
 )
+from fabric_sim.experiments.shell import new_folder, positive, tell
 from fabric_sim.experiments.short_term_report import report_html
 from fabric_sim.experiments.short_term_table import (
     SCENARIO_COLUMNS,
@@ -99,22 +99,15 @@ def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="fabric experiment short-term", description=__doc__)
     parser.formatter_class = argparse.RawDescriptionHelpFormatter
     parser.add_argument("--quick", action="store_true", help="4 scenarios of 20 tasks")
-    parser.add_argument("--scenarios", type=_positive, help="how many (30); seeds count up")
-    parser.add_argument("--seed", type=_positive, default=1, help="of the first scenario (1)")
-    parser.add_argument("--tasks", type=_positive, help="in a scenario (40)")
+    parser.add_argument("--scenarios", type=positive, help="how many (30); seeds count up")
+    parser.add_argument("--seed", type=positive, default=1, help="of the first scenario (1)")
+    parser.add_argument("--tasks", type=positive, help="in a scenario (40)")
     parser.add_argument("--robots", default=",".join(ROBOTS), help=f"of {','.join(TITLES)}")
     parser.add_argument("--noise", default=NOISES, type=_noises, help="of recognition (0.1,0)")
-    parser.add_argument("--jobs", type=_positive, help="processes (one a core)")
+    parser.add_argument("--jobs", type=positive, help="processes (one a core)")
     parser.add_argument("--json", action="store_true", help="print one JSON object a line")
     parser.add_argument("--out", type=Path, help="new folder (runs/<date>_<time>_short-term)")
     return parser
-
-
-def _positive(text: str) -> int:
-    value = int(text)
-    if value < 1:
-        raise argparse.ArgumentTypeError(f"{value} is less than 1")
-    return value
 
 
 def _noises(text: str) -> tuple[float, ...]:

@@ -1,14 +1,23 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the experiments share on the way out: their folder, and what they print at the end."""
+"""What the experiments share at the shell: an argument's type, their folder, what they print."""
 
 from __future__ import annotations
 
+import argparse
 import json
 import sys
 from collections.abc import Iterable
 from datetime import datetime
 from pathlib import Path
 from typing import Any
+
+
+def positive(text: str) -> int:
+    """Return the whole number, 1 or more, that an argument gives; argparse tells what is wrong."""
+    value = int(text)
+    if value < 1:
+        raise argparse.ArgumentTypeError(f"{value} is less than 1")
+    return value
 
 
 def new_folder(name: str) -> Path:
