@@ -12,6 +12,7 @@ import datetime
 import itertools
 import math
 import os
+import re
 import socket
 import sys
 from collections.abc import Callable, Sequence
@@ -185,6 +186,13 @@ def folder(text: str) -> str:
     return path
 
 
+def person(text: str) -> str:
+    """Empty, or the code of a person: letters, digits, - and _, 32 at most."""
+    if text and not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9_-]{0,31}", text):
+        raise ArgumentError("a code of 1 to 32 letters, digits, - and _, such as P07 (no name)")
+    return text
+
+
 def out_dir(text: str) -> str:
     """Absolute folder of the record; one that already holds a run is refused."""
     if not text or "\n" in text:
@@ -241,6 +249,8 @@ WORDS = (
     Word("scenario", "inspection", "inspection | sorting", one_of(SCENARIOS), ("train",)),
     Word("out_dir", "", "folder of the models; empty is where ABPS looks", folder, ("train",)),
     Word("jobs", "0", "processes; 0 is one a core", seed, ("batch", "train")),
+    Word("person", "", "abps: code to keep what is learnt of them under, as P07", person, ("sim",)),
+    Word("memory", "runs/people", "abps: folder of what is kept of persons", folder, ("sim",)),
     Word("sensing", "direct", "direct: labels with noise", sensing, ("sim",)),
     Word("speed", "max", "times real time, or max; manual: 1 unless given", speed, ("sim",)),
     Word("web_port", "0", "of the page for human:=manual; 0 is any free one", port, ("sim",)),

@@ -1,19 +1,30 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""Serves abps/select and abps/reset; learns from observation and task/event."""
+"""Serves abps/select and abps/reset; learns from observation and task/event, and switches inside a
+task after a decision; keeps what it knows of a person in a file."""
 
 import sys
+from pathlib import Path
 
 import rospy
 
-from fabric_abps import Choice, Library, Selector, SelectorParameters, TrainedModels
-from fabric_msgs.msg import Observation, PolicyChoice, TaskEvent, TypeBelief
+from fabric_abps import (
+    Choice,
+    Library,
+    Memory,
+    Selector,
+    SelectorParameters,
+    TrainedModels,
+    fingerprint,
+)
+from fabric_msgs.msg import Decision, Observation, PolicyChoice, TaskEvent, TypeBelief
 from fabric_msgs.srv import (
     ResetTypes,
     ResetTypesResponse,
     SelectPolicy,
     SelectPolicyRequest,
     SelectPolicyResponse,
+    SetModel,
 )
 from fabric_msgs.traffic import Traffic
 
@@ -21,12 +32,15 @@ from fabric_msgs.traffic import Traffic
 class AbpsNode:
     """Messages in, selector, messages out."""
 
-    def __init__(self, selector: Selector) -> None:
-        self._selector = selector
+    def __init__(self, selector: Selector, memory: Memory | None) -> None:
+        self._selector, self._memory = selector, memory
+        self._observed = self._decided = 0  # newest sequences; a decision has that of its cause
         self._traffic = Traffic("abps")
         self._policy = self._traffic.publisher("abps/policy", PolicyChoice, latch=True)
         self._belief = rospy.Publisher("abps/type_belief", TypeBelief, latch=True, queue_size=10)
+        self._set_model = rospy.ServiceProxy("planner/set_model", SetModel)
         self._traffic.subscribe("observation", Observation, self._on_observation)
+        self._traffic.subscribe("decision", Decision, self._on_decision)
         self._traffic.subscribe("task/event", TaskEvent, self._on_event)
         locked = self._traffic.serialised
         rospy.Service("abps/select", SelectPolicy, locked(self._select))
@@ -35,29 +49,50 @@ class AbpsNode:
 
     def _on_observation(self, message: Observation) -> None:
         if self._selector.observe(message):
-            self._publish_belief()
+            self._tell_belief()
+        self._observed = message.sequence
+        self._reconsider()
+
+    def _on_decision(self, message: Decision) -> None:
+        self._decided = message.observation_sequence
+        self._reconsider()
+
+    def _reconsider(self) -> None:
+        """When the newest observation is decided on: the two reach this node in either order."""
+        if self._observed != self._decided:
+            return
+        before, choice = self._selector.choice, self._selector.reconsider()
+        if before is None or choice is None:
+            return
+        response = self._set_model(str(choice.path), True)
+        if response.accepted:
+            self._publish_choice(choice, choice.reason)
+        else:
+            rospy.logerr(f"abps: {before.policy} stays: {response.reason}")
+            self._selector.take_back(before)
 
     def _on_event(self, message: TaskEvent) -> None:
         if self._selector.on_task_event(message):
-            self._publish_belief()
+            self._tell_belief()
 
     def _select(self, request: SelectPolicyRequest) -> SelectPolicyResponse:
         if self._selector.end_task():
-            self._publish_belief()
+            self._tell_belief()
         choice = self._selector.select(request.task_id, request.seed)
-        self._publish_choice(choice)
-        return SelectPolicyResponse(True, choice.reason, choice.policy, str(choice.path))
+        reason = f"{choice.reason} {self._selector.explain()}".rstrip()
+        self._publish_choice(choice, reason)
+        return SelectPolicyResponse(True, reason, choice.policy, str(choice.path))
 
     def _reset(self, _request: object) -> ResetTypesResponse:
         self._selector.reset()
-        self._publish_belief()
+        self._tell_belief()
         return ResetTypesResponse(True, "a new person: all types are as likely as at the start")
 
-    def _publish_choice(self, choice: Choice) -> None:
+    def _publish_choice(self, choice: Choice, reason: str) -> None:
         message = PolicyChoice(
             task_id=choice.task_id,
             policy=choice.policy,
-            reason=choice.reason,
+            reason=reason,
             candidates=choice.candidates,
             score=choice.score.tolist(),
             expected_reward=choice.expected_reward.tolist(),
@@ -65,6 +100,15 @@ class AbpsNode:
         )
         message.header.stamp = rospy.Time.now()
         self._policy.publish(message)
+
+    def _tell_belief(self) -> None:
+        """Keep it first: what was published survives a crash."""
+        if self._memory is not None:
+            try:
+                self._memory.save(self._selector)
+            except OSError as error:
+                rospy.logerr_throttle(60.0, f"abps: the person is not kept: {error}")
+        self._publish_belief()
 
     def _publish_belief(self) -> None:
         belief = self._selector.belief
@@ -85,15 +129,28 @@ def load_selector() -> Selector:
     return Selector(library, models, SelectorParameters.load(rospy.get_param("~selector")))
 
 
+def load_memory(selector: Selector) -> Memory | None:
+    """From the private parameters person and memory; none when person is empty."""
+    person = str(rospy.get_param("~person"))
+    if not person:
+        return None
+    models = fingerprint(Path(rospy.get_param("~models")))
+    memory = Memory(rospy.get_param("~memory"), person, selector.library.scenario, models)
+    if memory.load(selector):
+        rospy.loginfo(f"abps: {person} is known from {selector.tasks_seen} tasks")
+    return memory
+
+
 def main() -> None:
     rospy.init_node("abps")
     try:
         selector = load_selector()
+        memory = load_memory(selector)
     except KeyError as error:
         sys.exit(f"abps: parameter {error.args[0]} is missing")
-    except (ValueError, TypeError) as error:
+    except (OSError, ValueError, TypeError) as error:
         sys.exit(f"abps: {error}")
-    AbpsNode(selector)
+    AbpsNode(selector, memory)
     rospy.spin()
 
 

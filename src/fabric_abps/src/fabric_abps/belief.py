@@ -50,6 +50,13 @@ class TypeBelief:
 
         Raises ValueError when an entry is NaN or infinite; the belief is unchanged then.
         """
+        self._log = self._updated(log_likelihood)
+
+    def foresee(self, log_likelihood: ArrayLike) -> NDArray:
+        """What `update` would make of beta, (n_types,), which stays as it is."""
+        return np.exp(self._updated(log_likelihood))
+
+    def _updated(self, log_likelihood: ArrayLike) -> NDArray:
         evidence = np.asarray(log_likelihood, dtype=float)
         if evidence.shape != self._log.shape:
             raise ValueError(f"log-likelihood must be ({len(self.types)},), got {evidence.shape}")
@@ -57,11 +64,39 @@ class TypeBelief:
             wrong = self.types[int(np.flatnonzero(~np.isfinite(evidence))[0])]
             raise ValueError(f"log-likelihood of type '{wrong}' is not finite")
         log = _mix(self._log, self._log_prior, self.forgetting)
-        log = log + evidence
-        log = log - logsumexp(log)
+        return self._floored(log + evidence)
+
+    def adopt(self, log: ArrayLike) -> None:
+        """Believe something else about the person from now on, (n_types,) nats, but the floor."""
+        self._log = self._floored(np.asarray(log, dtype=float))
+
+    def _floored(self, log: NDArray) -> NDArray:
         n = len(self.types)
-        log = _mix(log, np.full(n, -np.log(n)), n * self.floor)
-        self._log = log - logsumexp(log)
+        log = _mix(log - logsumexp(log), np.full(n, -np.log(n)), n * self.floor)
+        return log - logsumexp(log)
+
+    @property
+    def log_probability(self) -> NDArray:
+        """ln beta, (n_types,)."""
+        return self._log.copy()
+
+    @log_probability.setter
+    def log_probability(self, log: ArrayLike) -> None:
+        """Go on from a belief of before, (n_types,) nats.
+
+        Raises ValueError unless the numbers are finite and their exponentials sum to 1.
+        """
+        given = np.asarray(log, dtype=float)
+        if given.shape != self._log.shape or not np.isfinite(given).all():
+            raise ValueError(f"belief must be ({len(self.types)},) finite logarithms")
+        if abs(logsumexp(given)) > 1e-6:
+            raise ValueError(f"belief sums to {np.exp(logsumexp(given)):.6g}, not to 1")
+        self._log = given.copy()
+
+    @property
+    def log_prior(self) -> NDArray:
+        """ln of the belief about a person never seen, (n_types,)."""
+        return self._log_prior.copy()
 
     @property
     def probability(self) -> NDArray:

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.special import ndtr, stdtr
+from scipy.special import gammaln, ndtr, stdtr
 
 PREDICTIVES = ("student", "normal")
 
@@ -76,10 +76,38 @@ class PerformanceModel:
 
     def cdf(self, utility: float) -> NDArray:
         """F(utility | tau, pi), (n_types, n_policies)."""
+        z = (utility - self.mean) / self._scale
+        return ndtr(z) if self.predictive == "normal" else stdtr(self.count - 1.0, z)
+
+    def density(self, utility: float) -> NDArray:
+        """P(utility | tau, pi), (n_types, n_policies) 1/points."""
+        return self._standard_density((utility - self.mean) / self._scale) / self._scale
+
+    def gain(self, utility: float) -> NDArray:
+        """E[max(U - utility, 0) | tau, pi], (n_types, n_policies) points.
+
+        Infinite for a pair of two samples, whose Student's t has no mean.
+        """
+        z = (self.mean - utility) / self._scale
+        tail = self._standard_density(z)
+        if self.predictive == "student":
+            with np.errstate(divide="ignore"):
+                tail = tail * (self.count - 1.0 + z**2) / (self.count - 2.0)
+        return self._scale * (tail + z * (1.0 - self.cdf(utility)))
+
+    @property
+    def _scale(self) -> NDArray:
+        """Of the predictive distribution, (n_types, n_policies) points."""
         if self.predictive == "normal":
-            return ndtr((utility - self.mean) / self.deviation)
-        scale = self.deviation * np.sqrt(1.0 + 1.0 / self.count)
-        return stdtr(self.count - 1.0, (utility - self.mean) / scale)
+            return self.deviation
+        return self.deviation * np.sqrt(1.0 + 1.0 / self.count)
+
+    def _standard_density(self, z: NDArray) -> NDArray:
+        if self.predictive == "normal":
+            return np.exp(-0.5 * z**2) / np.sqrt(2.0 * np.pi)
+        nu = self.count - 1.0
+        log = gammaln((nu + 1.0) / 2.0) - gammaln(nu / 2.0) - 0.5 * np.log(nu * np.pi)
+        return np.exp(log - (nu + 1.0) / 2.0 * np.log1p(z**2 / nu))
 
     def expected(self, belief: ArrayLike) -> NDArray:
         """Belief-weighted mean utility of every policy, (n_policies,) points."""

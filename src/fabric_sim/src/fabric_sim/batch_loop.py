@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from typing import Any, NamedTuple, Protocol
 
 import fabric_planner as fp
-from fabric_abps import SignalEncoder
+from fabric_abps import Selector, SignalEncoder
 from fabric_msgs.msg import (
     ConveyorState,
     Decision,
@@ -122,15 +122,19 @@ class HeadlessRun:
         staff: People | None = None,
         decider: Decider | None = None,
         every_tick: bool = False,
+        selector: Selector | None = None,
     ) -> None:
         """staff, decider: in place of what `setup.human` and `setup.policy` say, which then are
-        only names in the results. every_tick: go through all ticks, also those in which nothing can
+        only names in the results. selector: chooses the policies, in place of the shipped one that
+        policy abps has. every_tick: go through all ticks, also those in which nothing can
         happen; the results are the same. Raises ValueError naming the word of the setup or the file
         that cannot be used."""
         self.setup = setup
         files = files or Files()
         self._definition = files.definition(setup.scenario)
-        self._selector = files.selector(setup.scenario) if setup.policy == "abps" else None
+        self._selector = selector
+        if setup.policy == "abps" and selector is None:
+            self._selector = files.selector(setup.scenario)
         self._decider = decider or self._default_decider(files)
         self._motion = fp.MotionAgent(files.motion())
         self._observer = ObservationAgent()
@@ -287,6 +291,8 @@ class HeadlessRun:
             self._move(
                 self._motion.on_decision(decision.action, decision.sequence, decision.task_id)
             )
+            if self._selector:
+                self._reconsider()
 
     def _move(self, commands: list[fp.MotionCommand], again: bool = True) -> None:
         """Carry out what the motion agent wants, now that it was told something.
@@ -329,6 +335,14 @@ class HeadlessRun:
         choice = self._selector.select(self._task_number, seed)
         self._decider.set_model(str(choice.path), False)
         self._choice = choice
+
+    def _reconsider(self) -> None:
+        """Inside a task: what is believed of the person's state goes over to the next policy."""
+        choice = self._selector.reconsider()
+        if choice is not None:
+            self._decider.set_model(str(choice.path), True)
+            self._choice = choice
+            self._tell_names()
 
     def _tell_names(self) -> None:
         states = self._decider.model.states

@@ -32,7 +32,7 @@ _TABLE = (
     ("task", "task/state", "cell motion observation recorder"),
     ("task", "task/event", "observation recorder abps"),
     ("observation", "observation", "decision recorder abps"),
-    ("decision", "decision", "motion recorder"),
+    ("decision", "decision", "motion recorder abps"),
     ("motion", "robot/state", "cell"),
     ("motion", "arm/move/goal", "cell"),
     ("motion", "arm/move/cancel", "cell"),

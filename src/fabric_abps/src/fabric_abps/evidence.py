@@ -1,0 +1,62 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What a task looked like so far, each observation credited to the policy it answers."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fabric_abps.observation_model import ObservationModel
+from fabric_abps.signals import SignalEncoder
+
+
+class Stretch(NamedTuple):
+    """Observations in a row that answer one policy."""
+
+    policy: int
+    codes: list[int]
+
+
+class TaskEvidence:
+    """The codes of one task. A task played with one policy is one stretch."""
+
+    def __init__(self, policy: int) -> None:
+        """policy: index of the one that the task starts with."""
+        self.stretches: list[Stretch] = []
+        self._encoder = SignalEncoder()
+        self._acted = self._acts_next = policy
+
+    def observe(self, observation: Any) -> None:
+        """Take the next observation: it answers what the robot decided last."""
+        if not self.stretches or self.stretches[-1].policy != self._acted:
+            self.stretches.append(Stretch(self._acted, []))
+        self.stretches[-1].codes.append(self._encoder.encode(observation))
+        self._acted = self._acts_next
+
+    def switch(self, policy: int) -> None:
+        """Another policy decides from the next observation on."""
+        self._acts_next = policy
+
+    @property
+    def count(self) -> int:
+        """Number of observations."""
+        return sum(len(stretch.codes) for stretch in self.stretches)
+
+    def log_likelihood(self, model: ObservationModel, effective: float) -> NDArray:
+        """ln P(sigma | tau, pi) under every type, (n_types,) nats; see ObservationModel.
+
+        Stretches share the weight of the task by their lengths.
+        """
+        share = effective / max(self.count, 1)
+        parts = [
+            model.log_likelihood(codes, policy, share * len(codes))
+            for policy, codes in self.stretches
+        ]
+        return np.sum(parts, axis=0)
+
+    def p_values(self, model: ObservationModel) -> NDArray | None:
+        """How typical the task is of every type, (n_types,); None when it was played with several
+        policies, for no training task was."""
+        if len(self.stretches) != 1:
+            return None
+        return model.p_values(self.stretches[0].codes, self.stretches[0].policy)
