@@ -76,7 +76,7 @@ class Files:
 
     def offline_agent(self, model: Path, solved: fp.AlphaVectors) -> fp.DecisionAgent:
         """What decides without a search, by a model that was solved beforehand."""
-        limits = fp.PlannerOptions(max_nodes=1)
+        limits = fp.PlannerOptions(max_nodes=1, preparation=fp.Preparation.QUICK)
         return fp.DecisionAgent(str(model), limits, solver="offline", policy=solved)
 
     def agent(self, model: Path) -> fp.DecisionAgent:
