@@ -66,10 +66,6 @@ class TypeBelief:
         log = _mix(self._log, self._log_prior, self.forgetting)
         return self._floored(log + evidence)
 
-    def adopt(self, log: ArrayLike) -> None:
-        """Believe something else about the person from now on, (n_types,) nats, but the floor."""
-        self._log = self._floored(np.asarray(log, dtype=float))
-
     def _floored(self, log: NDArray) -> NDArray:
         n = len(self.types)
         log = _mix(log - logsumexp(log), np.full(n, -np.log(n)), n * self.floor)
@@ -92,11 +88,6 @@ class TypeBelief:
         if abs(logsumexp(given)) > 1e-6:
             raise ValueError(f"belief sums to {np.exp(logsumexp(given)):.6g}, not to 1")
         self._log = given.copy()
-
-    @property
-    def log_prior(self) -> NDArray:
-        """ln of the belief about a person never seen, (n_types,)."""
-        return self._log_prior.copy()
 
     @property
     def probability(self) -> NDArray:

@@ -59,7 +59,7 @@ class Selector:
         self.belief = TypeBelief(models.types, parameters.forgetting, parameters.floor)
         self.familiarity = Familiarity(parameters.alarm_rate, parameters.alarm_window)
         self._change = ChangeDetector(
-            self.belief.log_prior, parameters.change_rate, parameters.change_window
+            len(models.types), parameters.change_rate, parameters.change_window
         )
         self._criterion = make_criterion(
             parameters.criterion, library.names, parameters.fixed_policy
@@ -277,7 +277,8 @@ class Selector:
         self.tasks_seen += 1
         self._changed = self._change.update(evidence)
         if self._changed:
-            self.belief.adopt(self._change.log_belief)
+            self.belief.reset()
+            self.belief.update(self._change.evidence)
             self.familiarity.reset()
             self.tasks_seen = self._change.tasks
         p_values = self._evidence.p_values(self.models.observation)
