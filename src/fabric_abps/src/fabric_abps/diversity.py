@@ -1,0 +1,93 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Which candidates make a library: each is among the best for somebody, and they differ.
+
+All work on the performance of candidates, the mean utility (n_candidates, n_people) that each
+earned from each of the same people.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.cluster.hierarchy import fcluster, linkage
+
+RIDGE = 0.3  # weight of the ridge penalty in `smoothed`
+MARGIN = 0.15  # points behind the best for somebody that a candidate may be, in the first round
+WIDER = 1.5  # what the margin grows by until there are enough candidates
+
+
+def smoothed(utility: NDArray, dials: NDArray) -> NDArray:
+    """Utility (n_candidates, n_people) as a quadratic function of the people's dials.
+
+    Ridge regression of each candidate's row on dials (n_people, n_dials), their squares and
+    products. A mean over a few tasks is noisy, and the best of many noisy means flatters; similar
+    people say more about a person than the person's own few tasks.
+    """
+    n_people, n_dials = dials.shape
+    pairs = [dials[:, a] * dials[:, b] for a in range(n_dials) for b in range(a + 1)]
+    features = np.column_stack([np.ones(n_people), dials, *pairs])
+    penalty = RIDGE * np.eye(features.shape[1])
+    penalty[0, 0] = 0.0
+    weights = np.linalg.solve(features.T @ features + penalty, features.T @ utility.T)
+    return (features @ weights).T
+
+
+def near_best(utility: NDArray, margin: float) -> NDArray:
+    """(n_candidates,) bool: whether a candidate is for somebody within a margin of the best."""
+    return (utility >= utility.max(axis=0) - margin).any(axis=1)
+
+
+def clusters(utility: NDArray, count: int) -> NDArray:
+    """Number of the cluster of each candidate, (n_candidates,): at most `count` of them.
+
+    Average linkage of what candidates earn from whom, Euclidean.
+    """
+    if len(utility) <= count:
+        return np.arange(len(utility))
+    return fcluster(linkage(utility, method="average"), count, criterion="maxclust") - 1
+
+
+def choose(utility: NDArray, dials: NDArray, size: int, always: Sequence[int]) -> list[int]:
+    """Indices of the library's candidates: `always` first, the others by mean utility.
+
+    utility: (n_candidates, n_people) points; dials: (n_people, n_dials) in [0, 1]. Those never near
+    the best are dropped, the rest clustered, and of each cluster the one kept that adds most to
+    what the best of the library for each person earns. Raises ValueError when a figure is not
+    finite or there are fewer candidates than the library takes.
+    """
+    if not np.isfinite(utility).all():
+        candidate, person = np.argwhere(~np.isfinite(utility))[0]
+        raise ValueError(f"utility of candidate {candidate} with person {person} is not finite")
+    if not len(always) <= size <= len(utility):
+        raise ValueError(f"a library of {size} from {len(utility)} candidates, {len(always)} set")
+    expected = smoothed(utility, dials)
+    left = _worth_keeping(expected, size, always)
+    label = clusters(expected[left], size - len(always)) if left else np.zeros(0, int)
+    chosen = list(always)
+    for number in sorted(set(label), key=lambda n: -expected[left][label == n].max()):
+        members = [left[i] for i in np.flatnonzero(label == number)]
+        chosen.append(_most_added(expected, chosen, members))
+    while len(chosen) < size:
+        chosen.append(_most_added(expected, chosen, sorted(set(left) - set(chosen))))
+    rest = sorted(chosen[len(always) :], key=lambda i: -utility[i].mean())
+    return [*always, *rest]
+
+
+def _worth_keeping(expected: NDArray, size: int, always: Sequence[int]) -> list[int]:
+    """Candidates near the best for somebody; the margin grows until they fill the library."""
+    margin = MARGIN
+    while True:
+        near = near_best(expected, margin)
+        left = [i for i in range(len(expected)) if near[i] and i not in always]
+        if len(left) >= size - len(always):
+            return left
+        margin *= WIDER
+
+
+def _most_added(expected: NDArray, chosen: Sequence[int], members: Sequence[int]) -> int:
+    """The member that adds most to the best of the chosen, averaged over people."""
+    best = expected[list(chosen)].max(axis=0) if chosen else np.full(expected.shape[1], -np.inf)
+    added = [np.maximum(expected[i], best).mean() for i in members]
+    most = max(added)
+    equal = [i for i, gain in zip(members, added, strict=True) if gain >= most - 1e-12]
+    return max(equal, key=lambda i: (expected[i].mean(), -i))
