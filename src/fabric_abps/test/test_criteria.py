@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Eq. 5.4 against numbers worked by hand and numerical integration; the other criteria."""
+"""Eq. 5.2-5.4 against numbers worked by hand and numerical integration; the other criteria."""
 
 import numpy as np
 import pytest
@@ -45,6 +45,70 @@ def test_expected_improvement_of_a_certain_belief_is_half_for_the_best_policy() 
     )
     assert score[0] == pytest.approx(0.5)
     assert score[1] < 0.5
+
+
+def test_probability_of_improvement_follows_the_hand_worked_table_of_equation_5_2() -> None:
+    # U+ = .75 * 2 + .25 * 4 = 2.5; densities of N(m, s) there:
+    # policy 0: .75 phi(.5) + .25 phi(2.5) = .75*.352065 + .25*.017528 = .268431
+    # policy 1: .75 phi(.75)/2 + .25 phi(-1.5) = .75*.150569 + .25*.129518 = .145306
+    score = make_criterion("probability_of_improvement", ["a", "b"]).score(BETA, MODEL, RNG)
+    assert score == pytest.approx([0.268431, 0.145306], abs=2e-6)
+
+
+@pytest.mark.parametrize("predictive", ["normal", "student"])
+def test_the_density_integrates_to_the_distribution_function(predictive) -> None:
+    model = PerformanceModel([[3, 9]], [[1.0, -2.0]], [[2.0, 0.5]], predictive=predictive)
+    for policy in range(2):
+        area = quad(lambda u, policy=policy: model.density(u)[0, policy], -np.inf, 1.5)[0]
+        assert area == pytest.approx(model.cdf(1.5)[0, policy], abs=1e-7)
+
+
+@pytest.mark.parametrize("predictive", ["normal", "student"])
+def test_expected_gain_equals_the_integral_of_what_lies_above_u_beta(predictive) -> None:
+    model = PerformanceModel(
+        [[5, 9], [4, 30]], [[1.0, -2.0], [0.5, 3.0]], [[2.0, 0.5], [1.0, 4.0]],
+        predictive=predictive,
+    )  # fmt: skip
+    U_beta = model.expected(BETA).max()
+    score = make_criterion("expected_gain", ["a", "b"]).score(BETA, model, RNG)
+    for policy in range(2):
+
+        def above(u: float, policy: int = policy) -> float:
+            return (u - U_beta) * float(BETA @ model.density(u)[:, policy])
+
+        assert score[policy] == pytest.approx(quad(above, U_beta, np.inf)[0], abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    "name", ["expected_improvement", "probability_of_improvement", "expected_gain", "greedy"]
+)
+def test_scores_do_not_depend_on_the_order_of_the_types(name) -> None:
+    turned = PerformanceModel(MODEL.count[::-1], MODEL.mean[::-1], MODEL.variance[::-1],
+                              predictive="normal")  # fmt: skip
+    score = make_criterion(name, ["a", "b"]).score(BETA, MODEL, RNG)
+    assert score == pytest.approx(make_criterion(name, ["a", "b"]).score(BETA[::-1], turned, RNG))
+
+
+def test_the_oracle_takes_the_best_of_what_it_was_told_and_nothing_before() -> None:
+    oracle = make_criterion("oracle", ["a", "b"])
+    with pytest.raises(ValueError, match="has not been told"):
+        oracle.score(BETA, MODEL, RNG)
+    oracle.tell([3.0, 1.0])
+    score = oracle.score(BETA, MODEL, RNG)
+    assert oracle.pick(score, MODEL.expected(BETA), RNG) == 0
+    oracle.tell([1.0, 2.0, 3.0])
+    with pytest.raises(ValueError, match="3 utilities, there are 2"):
+        oracle.score(BETA, MODEL, RNG)
+    with pytest.raises(ValueError, match="finite"):
+        oracle.tell([np.nan, 1.0])
+    with pytest.raises(ValueError, match="greedy must not know"):
+        make_criterion("greedy", ["a", "b"]).tell([1.0, 2.0])
+
+
+def test_of_equal_scores_the_larger_expected_reward_wins_then_the_first() -> None:
+    criterion = make_criterion("greedy", ["a", "b", "c"])
+    assert criterion.pick(np.array([1.0, 1.0, 0.5]), np.array([2.0, 3.0, 9.0]), RNG) == 1
+    assert criterion.pick(np.array([1.0, 1.0, 0.5]), np.array([3.0, 3.0, 9.0]), RNG) == 0
 
 
 def test_greedy_scores_by_the_belief_weighted_mean() -> None:

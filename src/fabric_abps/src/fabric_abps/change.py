@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import logsumexp
 
-CONCENTRATION = 1.0  # of the Dirichlet prior over a person's mixture of types, in tasks
+CONCENTRATION = 2.0  # of the Dirichlet prior over a person's mixture of types, in tasks
 
 
 class ChangeDetector:
