@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 EXPERIMENTS = {  # name: module with main(words) -> exit code
     "human-models": "fabric_sim.experiments.human_models",
+    "long-term": "fabric_sim.experiments.long_term",
     "short-term": "fabric_sim.experiments.short_term",
 }
 

@@ -86,7 +86,8 @@ def run_scenario(job: ScenarioJob) -> ScenarioResult:
         own = dict(
             zip(OWN_COLUMNS, (job.noise, job.robot, job.seed, staff.mood(number)), strict=True)
         )
-        rows.append({**own, **row, **stage_counts(decider.believed), **_seconds(worker.record)})
+        seconds = occupied_seconds(worker.record)
+        rows.append({**own, **row, **stage_counts(decider.believed), **seconds})
         believed += decider.believed
     return ScenarioResult(job, rows, believed)
 
@@ -104,7 +105,7 @@ def stage_counts(believed: Mapping[Believed, int]) -> dict[str, int]:
     return dict(zip(COUNT_COLUMNS, counts, strict=True))
 
 
-def _seconds(record: TaskRecord) -> dict[str, float]:
+def occupied_seconds(record: TaskRecord) -> dict[str, float]:
     """Return the seconds from the package's coming to its end, and those of OCCUPIED."""
     seconds = dict(record.seconds)
     present = sum(seconds.values())
