@@ -130,3 +130,24 @@ def test_the_truth_is_not_among_the_topics():
 def test_dials_sum_the_type_belief():
     types = ["expert_rested_attentive_collaborative", "beginner_tired_attentive_noncollaborative"]
     assert panels.dial_probabilities(types, [0.25, 0.75]) == [0.25, 0.25, 1.0, 0.25]
+
+
+def test_a_type_named_by_its_dials_counts_by_its_shares():
+    types = ["0.25,0.75,0.00,1.00", "expert_rested_attentive_collaborative"]
+    assert panels.dial_probabilities(types, [0.5, 0.5]) == [0.625, 0.875, 0.5, 1.0]
+
+
+def test_the_policy_is_shown_with_its_reason_in_lines_that_fit(picture):
+    reason = "patient: likely to earn more than others; the person is most like somebody. " * 9
+    choice = PolicyChoice(policy="patient", reason=reason)
+    picture.take("abps/policy", choice)
+    told = words(picture.markers(0.0))
+    assert "POLICY: patient" in told
+    lines = panels.reason_lines(choice)
+    assert lines[0].startswith("likely to earn more")
+    assert lines[-1].endswith("...")
+    assert len(lines) == panels.REASON_LINES
+    assert all(line in told and len(line) <= panels.REASON_WIDTH for line in lines)
+    choice.unlike_anyone_known = True
+    assert panels.reason_lines(choice)[0] == "a person unlike anyone known"
+    assert len(panels.reason_lines(choice)) == panels.REASON_LINES

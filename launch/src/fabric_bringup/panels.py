@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+import textwrap
 from collections.abc import Iterator, Sequence
 
 from visualization_msgs.msg import Marker
@@ -37,6 +38,8 @@ END_COLOURS["warning_received"] = draw.ALARM
 ACTION_WORDS = ("WAIT", "PLAN A GRASP", "POINT TO REMIND", "GRASP", "CANCEL")
 STATUS = ("waiting", "showing the rules", "running", "SUCCEEDED", "FAILED", "aborted")
 CUBE_WORDS = {Cube.COLOUR_RED: "red", Cube.COLOUR_GREEN: "green", Cube.COLOUR_BLUE: "blue"}
+REASON_WIDTH = 42  # letters
+REASON_LINES = 8
 DIALS = ("expert", "rested", "attentive", "collaborative")  # the upper end of each
 
 
@@ -136,17 +139,22 @@ def points(value: float) -> str:
 
 
 def dial_probabilities(types: Sequence[str], probability: Sequence[float]) -> list[float]:
-    """P(expert), P(rested), P(attentive), P(collaborative): the type belief summed, (4,)."""
+    """P(expert), P(rested), P(attentive), P(collaborative): the type belief summed, (4,).
+
+    A type that is no corner is named by its four dials, "e,s,a,c": each counts by its share.
+    """
     sums = [0.0] * len(DIALS)
     for name, mass in zip(types, probability, strict=True):
+        dials = name.split(",")
         words = name.split("_")
         for dial, word in enumerate(DIALS):
-            sums[dial] += mass if word in words else 0.0
+            share = float(dials[dial]) if len(dials) == len(DIALS) else float(word in words)
+            sums[dial] += mass * share
     return sums
 
 
 def type_panel(belief: TypeBelief | None, choice: PolicyChoice | None) -> Iterator[Marker]:
-    """Who the person is thought to be, as one bar a dial, and the policy chosen for it."""
+    """Who the person is thought to be, as one bar a dial, and the policy chosen for it, and why."""
     x, z = TYPES_AT
     middle = x + (LABEL_WIDTH + BAR_LENGTH + 0.1) / 2
     if belief is not None and belief.types:
@@ -155,12 +163,23 @@ def type_panel(belief: TypeBelief | None, choice: PolicyChoice | None) -> Iterat
         values = dial_probabilities(belief.types, belief.probability)
         yield from bars("type belief", (x, z), DIALS, values, [draw.PERSON] * len(DIALS))
     if choice is not None and choice.policy:
-        words = f"policy of this task: {choice.policy.replace('_', ' ')}"
-        yield words_at(("type belief", 1001), middle, z - 4.3 * ROW, LETTER, words, draw.ROBOT)
-        if choice.unlike_anyone_known:
-            strange = "unlike anyone known"
-            height = z - 5.2 * ROW
-            yield words_at(("type belief", 1002), middle, height, LETTER, strange, draw.ALARM)
+        foot = z - 4.5 * ROW
+        title = f"POLICY: {choice.policy.replace('_', ' ')}"
+        yield words_at(("type belief", 1001), middle, foot, TITLE, title, draw.ROBOT)
+        for row, line in enumerate(reason_lines(choice)):
+            colour = draw.ALARM if choice.unlike_anyone_known and row == 0 else draw.INK
+            height = foot - 0.07 - 0.057 * row
+            yield words_at(("type belief", 1002 + row), middle, height, 0.87 * LETTER, line, colour)
+
+
+def reason_lines(choice: PolicyChoice) -> list[str]:
+    """Why the policy was chosen, in short lines; a person unlike anyone known comes first."""
+    words = choice.reason.removeprefix(f"{choice.policy}: ")
+    alarm = ["a person unlike anyone known"] if choice.unlike_anyone_known else []
+    lines = textwrap.wrap(
+        words, REASON_WIDTH, max_lines=REASON_LINES - len(alarm), placeholder=" ..."
+    )
+    return alarm + lines
 
 
 def task_panel(state: TaskState | None) -> Iterator[Marker]:
