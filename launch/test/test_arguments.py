@@ -149,3 +149,18 @@ def test_replay_takes_a_recording_that_exists_and_a_policy_that_decides_alone(tm
             )
     with pytest.raises(arguments.ArgumentError, match="file:= is refused"):
         arguments.parse("replay", [])
+
+
+def test_the_scheduler_of_a_training_may_be_given_as_an_option(capsys):
+    for words in (["--scheduler", "a.b:8786"], ["--scheduler=a.b:8786"], ["scheduler:=a.b:8786"]):
+        assert arguments.main(["train", *words]) == 0
+        assert "scheduler:=a.b:8786" in capsys.readouterr().out.splitlines()
+    assert arguments.main(["train", "--scheduler"]) == 2
+    assert "--scheduler wants a value" in capsys.readouterr().err
+    assert arguments.main(["sim", "--scheduler", "a.b:8786"]) == 2
+
+
+@pytest.mark.parametrize("address", ["here", "host:", ":8786", "host:0", "host:70000", "a b:1"])
+def test_a_scheduler_is_a_host_and_a_port(address):
+    with pytest.raises(arguments.ArgumentError, match="host:port of a Dask scheduler"):
+        arguments.parse("train", [f"scheduler:={address}"])

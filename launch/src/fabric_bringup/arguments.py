@@ -178,12 +178,29 @@ def sensing(text: str) -> str:
     return one_of(("direct",))(text)
 
 
+def scheduler(text: str) -> str:
+    """host:port of a Dask scheduler, or empty."""
+    address = text.removeprefix("tcp://").removeprefix("tls://")
+    host, sign, number = address.rpartition(":")
+    valid = host and sign and number.isascii() and number.isdigit() and 0 < int(number) < 65536
+    if text and (not valid or not text.isprintable() or " " in text):
+        raise ArgumentError("host:port of a Dask scheduler, e.g. 10.0.0.5:8786")
+    return text
+
+
 def folder(text: str) -> str:
     """Absolute path of a folder, which may be there; empty stays empty."""
     path = os.path.abspath(os.path.expanduser(text)) if text else ""
     if "\n" in path or (path and os.path.exists(path) and not os.path.isdir(path)):
         raise ArgumentError("a folder, not a file")
     return path
+
+
+def settings(text: str) -> str:
+    """Absolute path of a YAML file that exists; empty stays empty."""
+    if text and not (text.endswith((".yaml", ".yml")) and os.path.isfile(text)):
+        raise ArgumentError("a YAML file that exists")
+    return os.path.abspath(text) if text else ""
 
 
 def person(text: str) -> str:
@@ -244,11 +261,21 @@ WORDS = (
     ),
     Word("policy", "proactive", "one or several as for sim, comma between", policies, ("batch",)),
     Word("seeds", "1", "how many runs a policy, with seeds from seed on", tasks, ("batch",)),
-    Word("tasks", "30", "how many tasks a policy and type of person", tasks, ("train",)),
+    Word("tasks", "90", "how many tasks a policy and type of person", tasks, ("train",)),
     Word("seed", "1", "root of all randomness; same seed, same models", seed, ("train",)),
     Word("scenario", "inspection", "inspection | sorting", one_of(SCENARIOS), ("train",)),
-    Word("out_dir", "", "folder of the models; empty is where ABPS looks", folder, ("train",)),
+    Word("policies", "20", "of a new library", tasks, ("train",)),
+    Word(
+        "library",
+        "new",
+        "new: build it; keep: train on the policies there, e.g. with your own",
+        one_of(("new", "keep")),
+        ("train",),
+    ),
+    Word("scheduler", "", "host:port of a Dask scheduler; empty is here", scheduler, ("train",)),
+    Word("out_dir", "", "folder of the libraries; empty is where ABPS looks", folder, ("train",)),
     Word("jobs", "0", "processes; 0 is one a core", seed, ("batch", "train")),
+    Word("selector", "", "abps: a file in place of config/selector.yaml", settings),
     Word("person", "", "abps: code to keep what is learnt of them under, as P07", person, ("sim",)),
     Word("memory", "runs/people", "abps: folder of what is kept of persons", folder, ("sim",)),
     Word("sensing", "direct", "direct: labels with noise", sensing, ("sim",)),
@@ -311,6 +338,21 @@ def _checked(word: Word, text: str) -> str:
         raise ArgumentError(f"{word.name}:={text} is refused: it must be {reason}") from None
 
 
+def with_words(arguments: Sequence[str], *names: str) -> list[str]:
+    """`--name VALUE` and `--name=VALUE` of these names written as name:=VALUE."""
+    result, rest = [], list(arguments)
+    while rest:
+        argument = rest.pop(0)
+        option, sign, value = argument.partition("=")
+        if argument.startswith("--") and option[2:] in names:
+            value = value if sign else rest.pop(0) if rest else ""
+            if not value:
+                raise ArgumentError(f"{option} wants a value")
+            argument = f"{option[2:]}:={value}"
+        result.append(argument)
+    return result
+
+
 def usage(command: str) -> str:
     """One line a word, with its default."""
     lines = [f"usage: ./fabric {command} [name:=value ...]"]
@@ -329,6 +371,7 @@ def main(arguments: Sequence[str]) -> int:
         print(usage(command))
         return 0
     try:
+        rest = with_words(rest, "scheduler") if command == "train" else rest
         checked = parse(command, rest)
     except ArgumentError as error:
         print(f"fabric: {error}", file=sys.stderr)

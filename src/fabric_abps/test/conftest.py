@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fabric_abps import Library
+from fabric_abps import Job, Library, child_seed
 
 TYPES = ("calm", "hasty", "touchy")
 POLICIES = ("waits", "helps", "asks")
@@ -33,6 +33,12 @@ def run_task(policy: str, tau: str, seed: int):
     rng = np.random.default_rng(seed)
     utility = UTILITY[tau][POLICIES.index(policy)] + rng.normal(0.0, 1.0)
     return utility, rng.choice(CODES, size=12, p=EMISSION[tau]).tolist()
+
+
+def run_job(job: Job):
+    """All tasks of one such person."""
+    seeds = [child_seed(job.seed, task) for task in range(job.tasks)]
+    return [run_task(job.policy, job.type, seed) for seed in seeds]
 
 
 @pytest.fixture

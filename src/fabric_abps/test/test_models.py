@@ -5,7 +5,7 @@ import itertools
 
 import numpy as np
 import pytest
-from conftest import POLICIES, TYPES, run_task
+from conftest import POLICIES, TYPES, run_job
 from scipy import stats
 
 from fabric_abps import ModelsError, ObservationModel, PerformanceModel, TrainedModels, train
@@ -57,14 +57,50 @@ def test_likelihood_of_all_sequences_of_a_length_sums_to_one() -> None:
     assert total == pytest.approx([1.0, 1.0], abs=1e-9)
 
 
-def test_likelihood_follows_the_chain_rule_worked_by_hand() -> None:
-    # one type, one pair, codes 0,0,1; pooled + 1: (3, 2, 1 x 62) / 67; concentration 67
-    model = ObservationModel.fit([[[[0, 0, 1]]]], concentration=67.0)
-    # alpha: code 0: 2 + 3 = 5, code 1: 1 + 2 = 3, total 3 + 67 = 70
-    # P(0, 0, 1) = 5/70 * 6/71 * 3/72
-    expected = np.log(5 / 70 * 6 / 71 * 3 / 72)
-    assert model.log_likelihood([0, 0, 1], 0) == pytest.approx([expected])
-    assert model.probability(0)[0, :3] == pytest.approx([5 / 70, 3 / 70, 1 / 70])
+def test_likelihood_of_a_sequence_worked_by_hand() -> None:
+    # one pair, one task 0, 0, 1: transitions start-0, 0-0, 0-1; concentration 2
+    model = ObservationModel.fit([[[[0, 0, 1]]]], concentration=2.0)
+    # R: code 0 (2 + 1) / 67, code 1 (1 + 1) / 67
+    # Q(0 | start) = (1 + 2 R0) / 3, Q(0 | 0) = (1 + 2 R0) / 4, Q(1 | 0) = (1 + 2 R1) / 4
+    q_start, q_00, q_01 = (1 + 6 / 67) / 3, (1 + 6 / 67) / 4, (1 + 4 / 67) / 4
+    p_start, p_00, p_01 = (1 + 2 * q_start) / 3, (1 + 2 * q_00) / 4, (1 + 2 * q_01) / 4
+    assert model.log_likelihood([0, 0, 1], 0) == pytest.approx([np.log(p_start * p_00 * p_01)])
+    assert model.probability(0)[0, 0, :2] == pytest.approx([p_00, p_01])
+    assert model.probability(0).sum(axis=-1) == pytest.approx(np.ones((1, 65)))
+
+
+def test_the_order_of_the_codes_tells_types_apart_that_do_the_same_things() -> None:
+    taking_turns, one_by_one = [1, 33, 1, 33, 1, 33], [1, 1, 1, 33, 33, 33]
+    model = ObservationModel.fit([[[taking_turns] * 5], [[one_by_one] * 5]])
+    assert np.argmax(model.log_likelihood(taking_turns, 0)) == 0
+    assert np.argmax(model.log_likelihood(one_by_one, 0)) == 1
+
+
+def test_a_task_taken_apart_anywhere_says_the_same() -> None:
+    rng = np.random.default_rng(5)
+    data = [[[rng.choice([1, 5, 33], 9) for _ in range(6)] for _ in range(2)] for _ in range(3)]
+    model, codes = ObservationModel.fit(data), [33, 33, 1, 5, 1, 33]
+    parts = model.contributions(codes, 1)
+    for n in range(len(codes)):
+        so_far = model.log_likelihood(codes[:n], 1)
+        assert so_far == pytest.approx(parts[:n].sum(axis=0))
+        rest = model.log_likelihood(codes[n:], 1, previous=codes[n - 1] if n else None)
+        assert so_far + rest == pytest.approx(model.log_likelihood(codes, 1))
+
+
+def test_tasks_of_new_people_of_a_known_type_are_typical_in_the_promised_share() -> None:
+    """People of one type differ from each other; a model that forgot that would raise alarms."""
+    rng = np.random.default_rng(9)
+
+    def tasks_of_a_person() -> list:
+        share = rng.beta(4.0, 4.0)  # of code 1
+        return [np.where(rng.random(10) < share, 1, 33) for _ in range(10)]
+
+    training = [task for _ in range(20) for task in tasks_of_a_person()]
+    who = [[np.repeat(np.arange(20), 10)]]
+    model = ObservationModel.fit([[training]], people=who)
+    new = [model.p_values(task, 0)[0] for _ in range(200) for task in tasks_of_a_person()]
+    assert np.mean(np.array(new) < 0.1) == pytest.approx(0.1, abs=0.04)
 
 
 def test_a_long_task_weighs_no_more_than_the_effective_observations() -> None:
@@ -91,7 +127,7 @@ def test_codes_out_of_range_are_refused_by_place(codes, message) -> None:
 
 @pytest.fixture
 def models(library) -> TrainedModels:
-    return train(library, TYPES, run_task, tasks=20, seed=3)
+    return train(library, TYPES, run_job, tasks=20, seed=3)
 
 
 def test_saved_models_come_back_bit_for_bit(models, library, tmp_path) -> None:
@@ -130,7 +166,7 @@ def _rewrite(path, **changes) -> None:
         ({"types": np.array(["calm", "calm", "hasty"])}, "types: must be distinct"),
         ({"types": np.array(["calm"])}, "not \\(1, 3\\)"),
         ({"utility_mean": np.full((3, 3), np.nan)}, "type 0, policy 0: mean utility"),
-        ({"code_counts": np.full((3, 3, 64), -1)}, "negative"),
+        ({"transitions": np.full((3, 3, 65, 64), -1)}, "negative"),
         ({"predictive": "guess"}, "'guess' is none of"),
         ({"scenario": np.array([{}], dtype=object)}, "pickle"),
     ],

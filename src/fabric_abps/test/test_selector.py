@@ -3,7 +3,7 @@
 
 import numpy as np
 import pytest
-from conftest import CODES, EMISSION, POLICIES, TYPES, UTILITY, run_task
+from conftest import CODES, EMISSION, POLICIES, TYPES, UTILITY, run_job, run_task
 
 from fabric_abps import (
     ModelsError,
@@ -22,7 +22,7 @@ TASKS = 12
 
 @pytest.fixture
 def models(library) -> TrainedModels:
-    return train(library, TYPES, run_task, tasks=40, seed=11)
+    return train(library, TYPES, run_job, tasks=40, seed=11)
 
 
 @pytest.fixture
@@ -190,36 +190,3 @@ def test_a_failed_attempt_is_seen_in_the_rising_count_only_once() -> None:
     assert encoder.encode(Observation()) == 0
     with pytest.raises(ValueError, match="64"):
         code_name(64)
-
-
-def test_training_counts_what_it_saw_and_is_the_same_through_any_map(library, models) -> None:
-    def backwards(function, jobs):
-        return list(reversed([function(job) for job in reversed(list(jobs))]))
-
-    again = train(library, TYPES, run_task, tasks=40, seed=11, map_jobs=backwards)
-    assert (again.observation.counts == models.observation.counts).all()
-    assert (again.performance.mean == models.performance.mean).all()
-    assert models.observation.counts.sum() == 3 * 3 * 40 * 12
-    for i, tau in enumerate(TYPES):
-        share = models.observation.counts[i].sum(axis=0)[CODES] / (3 * 40 * 12)
-        assert share == pytest.approx(EMISSION[tau], abs=0.05)
-        assert models.performance.mean[i] == pytest.approx(UTILITY[tau], abs=0.6)
-
-
-def test_training_refuses_what_a_task_must_not_return(library) -> None:
-    with pytest.raises(ValueError, match="policy waits with calm, seed .*: utility nan"):
-        train(library, TYPES, lambda *job: (float("nan"), [1]), tasks=2, seed=1)
-    with pytest.raises(ValueError, match=r"policy waits with calm, seed .*: code \[0\] is 99"):
-        train(library, TYPES, lambda *job: (1.0, [99]), tasks=2, seed=1)
-    with pytest.raises(ValueError, match="tasks must be 2"):
-        train(library, TYPES, run_task, tasks=1, seed=1)
-    done = []
-    train(library, TYPES, run_task, tasks=2, seed=1, progress=lambda *pair: done.append(pair))
-    assert done[-1] == (18, 18)
-
-
-def test_child_seeds_differ_by_name_and_fit_in_63_bits() -> None:
-    seeds = {child_seed(1, policy, tau) for policy in POLICIES for tau in TYPES}
-    assert len(seeds) == 9
-    assert all(0 <= seed < 2**63 for seed in seeds)
-    assert child_seed(1, "a") != child_seed(2, "a")

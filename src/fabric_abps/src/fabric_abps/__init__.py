@@ -12,12 +12,13 @@ from fabric_abps.performance import PerformanceModel
 from fabric_abps.persist import Memory, MemoryFileError, fingerprint
 from fabric_abps.selector import Choice, Selector
 from fabric_abps.signals import SignalEncoder, code_name
-from fabric_abps.train import child_seed, train
+from fabric_abps.train import Job, child_seed, train
 
 __all__ = [
     "CRITERIA",
     "ChangeDetector",
     "Choice",
+    "Job",
     "Library",
     "LibraryError",
     "Memory",

@@ -13,11 +13,11 @@ from fabric_abps.library import Library
 from fabric_abps.observation_model import ObservationModel
 from fabric_abps.performance import PerformanceModel
 
-FORMAT = 1
+FORMAT = 2
 _KEYS = (
     "format", "scenario", "types", "policies", "library_hash", "seed",
     "utility_count", "utility_mean", "utility_variance", "variance_floor", "predictive",
-    "code_counts", "typicality", "concentration",
+    "transitions", "typicality", "concentration",
 )  # fmt: skip
 
 
@@ -86,7 +86,7 @@ class TrainedModels:
                 utility_variance=self.performance.variance,
                 variance_floor=self.performance.variance_floor,
                 predictive=self.performance.predictive,
-                code_counts=self.observation.counts,
+                transitions=self.observation.counts,
                 typicality=self.observation.typicality,
                 concentration=self.observation.concentration,
             )
@@ -111,7 +111,7 @@ class TrainedModels:
                     str(data["predictive"]),
                 ),
                 observation=ObservationModel(
-                    data["code_counts"], data["typicality"], float(data["concentration"])
+                    data["transitions"], data["typicality"], float(data["concentration"])
                 ),
             )
         except (ValueError, TypeError) as error:
