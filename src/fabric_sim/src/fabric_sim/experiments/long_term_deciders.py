@@ -7,8 +7,9 @@ A PreparedDecider changes its model between tasks, or inside one and then takes 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from pathlib import Path
 
 import numpy as np
@@ -19,8 +20,8 @@ from fabric_msgs.msg import Decision, Observation
 from fabric_sim.batch_files import SOLVER_GAP, SOLVER_TIME, SOLVER_WORK
 from fabric_sim.truth import Truth
 
-#: Maps for models of the original layouts that have none beside them; the richest first.
-ORIGINAL_MAPS = ("original_14.obs.yaml", "original_12.obs.yaml")
+#: Maps for models of the original layouts that have none beside them, by number of observations.
+ORIGINAL_MAPS = {12: "original_12.obs.yaml", 14: "original_14.obs.yaml"}
 _ACTIONS = {name.lower(): getattr(Decision, name) for name in
             ("IDLE", "PLANNING", "POINT", "GRASP", "CANCEL")}  # fmt: skip
 
@@ -39,13 +40,8 @@ class Prepared:
 
         Raises ValueError naming the file and what is wrong with it.
         """
-        model = fp.load(policy.path)
-        path = map_of(policy.path, model, maps)
-        stored = getattr(policy, "solved", None)
-        if stored is not None:
-            return cls(policy.path, path, fp.load_policy(stored, model))
-        found = fp.solve(model, time=SOLVER_TIME, gap=SOLVER_GAP, work=SOLVER_WORK)
-        return cls(policy.path, path, found.lower)
+        solved = vectors_of(policy.path, getattr(policy, "solved", None))
+        return cls(policy.path, map_of(policy.path, fp.load(policy.path), maps), solved)
 
     @cached_property
     def agent(self) -> fp.DecisionAgent:
@@ -61,6 +57,15 @@ class Prepared:
         return fp.ObservationMap.load(str(self.map_path), self.agent.model.observations)
 
 
+@cache
+def vectors_of(path: Path, stored: Path | None) -> fp.AlphaVectors:
+    """Return the policy of a model from a .policy file, or solve the model; once a process."""
+    model = fp.load(path)
+    if stored is not None:
+        return fp.load_policy(stored, model)
+    return fp.solve(model, time=SOLVER_TIME, gap=SOLVER_GAP, work=SOLVER_WORK).lower
+
+
 def map_of(path: Path, model: fp.Pomdp, maps: Path) -> Path:
     """Return the map beside a model, else the shipped one of its layout.
 
@@ -69,12 +74,11 @@ def map_of(path: Path, model: fp.Pomdp, maps: Path) -> Path:
     beside = path.with_suffix(".obs.yaml")
     if beside.exists():
         return beside
-    for name in ORIGINAL_MAPS:
-        try:
+    name = ORIGINAL_MAPS.get(len(model.observations))
+    if name is not None:
+        with suppress(fp.ModelError):  # other names in as many observations
             fp.ObservationMap.load(str(maps / name), model.observations)
-        except fp.ModelError:
-            continue
-        return maps / name
+            return maps / name
     raise ValueError(
         f"{path}: there is no {beside.name} beside it, and its observations "
         f"{', '.join(model.observations)} are of no layout that comes with a map"

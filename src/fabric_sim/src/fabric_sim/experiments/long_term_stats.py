@@ -40,7 +40,8 @@ def moving_mean(table: np.ndarray, window: int = WINDOW) -> np.ndarray:
     """Mean of the last `window` values up to each along the last axis; of fewer at the start."""
     if window < 1:
         raise ValueError(f"window is {window}; it must be 1 or more")
-    total = np.cumsum(np.asarray(table, dtype=float), axis=-1)
+    table = np.asarray(table, dtype=float)
+    total = np.cumsum(table, axis=-1)
     total[..., window:] -= total[..., :-window].copy()
     return total / np.minimum(np.arange(1, table.shape[-1] + 1), window)
 
@@ -50,7 +51,8 @@ class Approach(NamedTuple):
 
     share: (n_tasks,) moving regret as a share of the best policy's reward; low, high: its 95 %
     bootstrap interval over workers. settled: the first task from which the share stays within
-    NEAR, None when it does not; rest: mean share from task BY_TASK on.
+    NEAR, None when it does not; rest: mean share from task BY_TASK on
+    (from the last one, when there are fewer).
     """
 
     share: np.ndarray
@@ -68,7 +70,7 @@ def approach(study: Convergence, strategy: str = ABPS) -> Approach:
     if not level > 0.0:
         raise ValueError(f"the best policies earn {level:.2f} a task; shares of it mean nothing")
     smooth = moving_mean(missed)
-    tail = missed[:, BY_TASK - 1 :].mean(axis=1)
+    tail = missed[:, min(BY_TASK, missed.shape[1]) - 1 :].mean(axis=1)
     picks = np.random.default_rng(1).integers(len(best), size=(DRAWS, len(best)))
     levels = best.mean(axis=1)[picks].mean(axis=1)
     low, high = np.percentile(smooth[picks].mean(axis=1) / levels[:, None], [2.5, 97.5], axis=0)
