@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from fabric_abps.diversity import choose, clusters, near_best, smoothed
+from fabric_abps.diversity import choose, clusters, shortlist, smoothed
 
 DIALS = np.random.default_rng(101).random((40, 4))
 
@@ -19,15 +19,21 @@ def world(noise: float = 0.0):
     return np.array(rows) + noise * rng.standard_normal((len(rows), 40))
 
 
+def kept(utility: np.ndarray) -> list[int]:
+    """A library of five, the all-rounder always in it, from a short list of nine."""
+    short = shortlist(utility, DIALS, 9, [0])
+    return [short[i] for i in choose(utility[short], DIALS, 5, [0])]
+
+
 def test_of_twins_one_is_kept_and_the_weak_never() -> None:
-    chosen = choose(world(), DIALS, 5, [0])
+    chosen = kept(world())
     assert chosen[0] == 0
     assert sorted((i - 1) % 4 for i in chosen[1:]) == [0, 1, 2, 3]
     assert 9 not in chosen
 
 
 def test_noise_of_a_few_tasks_does_not_hide_who_is_good_for_whom() -> None:
-    chosen = choose(world(noise=0.5), DIALS, 5, [0])
+    chosen = kept(world(noise=0.5))
     assert sorted((i - 1) % 4 for i in chosen[1:]) == [0, 1, 2, 3]
 
 
@@ -51,9 +57,10 @@ def test_smoothing_keeps_a_quadratic_and_removes_noise() -> None:
     assert np.abs(smoothed(noisy, DIALS) - truth).mean() < np.abs(noisy - truth).mean() / 1.5
 
 
-def test_near_best_asks_for_one_person_only() -> None:
-    utility = np.array([[5.0, 0.0], [0.0, 5.0], [4.9, 4.0], [4.0, 4.8]])
-    assert near_best(utility, 0.15).tolist() == [True, True, True, False]
+def test_who_is_best_for_one_kind_of_person_is_on_the_short_list() -> None:
+    utility = world()
+    assert shortlist(utility, DIALS, 5, [0]) == [0, 1, 2, 3, 4]
+    assert shortlist(utility, DIALS, 2, [9, 0]) == [0, 9]
 
 
 def test_clusters_put_like_performance_together() -> None:
@@ -69,7 +76,9 @@ def test_senseless_input_is_refused_by_place() -> None:
     utility[3, 7] = np.nan
     with pytest.raises(ValueError, match="candidate 3 with person 7 is not finite"):
         choose(utility, DIALS, 5, [0])
-    with pytest.raises(ValueError, match="a library of 11 from 10 candidates"):
+    with pytest.raises(ValueError, match="candidate 3 with person 7 is not finite"):
+        shortlist(utility, DIALS, 5, [0])
+    with pytest.raises(ValueError, match="11 to keep of 10 candidates"):
         choose(world(), DIALS, 11, [0])
-    with pytest.raises(ValueError, match="a library of 1 from 10 candidates, 2 set"):
+    with pytest.raises(ValueError, match="1 to keep of 10 candidates, 2 of them set"):
         choose(world(), DIALS, 1, [0, 1])

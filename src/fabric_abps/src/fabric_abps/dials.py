@@ -85,7 +85,7 @@ DIALS = (
         "ability", 0.4, 2.5, "doubts the person's skill", "trusts the person's skill",
         HANDS_OFF, (*WORKING, "does_not_need_help"), ("global_success", "human_doing_ok"),
     ),
-    Dial("trust", 0.4, 2.0, "doubts what it sees", "trusts what it sees"),
+    Dial("trust", 0.4, 4.0, "doubts what it sees", "trusts what it sees"),
 )  # fmt: skip
 SHARP = 0.01  # share of its weight that a symbol keeps in states it does not belong to
 RARE = 0.005  # chance of a symbol below which trust does not matter
@@ -170,10 +170,15 @@ class Setting:
         rows[:, np.asarray(ends)] = table[:, np.asarray(ends)]
         return rows
 
+    def turned(self, dial: Dial) -> float:
+        """How far a dial is turned: -1 at its low end, 0 as the base model, 1 at its high end."""
+        factor = self.factors[dial.name]
+        return math.log(factor) / abs(math.log(dial.high if factor > 1.0 else dial.low))
+
     def words(self, how_many: int = 3) -> str:
         """The dials that are turned furthest, as a sentence begins: "judges fast, reminds"."""
-        turned = sorted(DIALS, key=lambda dial: -abs(self.turned(dial)))
-        said = [dial for dial in turned[:how_many] if abs(self.turned(dial)) > CLEAR]
+        furthest = sorted(DIALS, key=lambda dial: -abs(self.turned(dial)))[:how_many]
+        said = [dial for dial in furthest if abs(self.turned(dial)) > CLEAR]
         return ", ".join(d.many if self.factors[d.name] > 1.0 else d.few for d in said)
 
 

@@ -12,8 +12,6 @@ from numpy.typing import NDArray
 from scipy.cluster.hierarchy import fcluster, linkage
 
 RIDGE = 0.3  # weight of the ridge penalty in `smoothed`
-MARGIN = 0.15  # points behind the best for somebody that a candidate may be, in the first round
-WIDER = 1.5  # what the margin grows by until there are enough candidates
 
 
 def smoothed(utility: NDArray, dials: NDArray) -> NDArray:
@@ -32,9 +30,18 @@ def smoothed(utility: NDArray, dials: NDArray) -> NDArray:
     return (features @ weights).T
 
 
-def near_best(utility: NDArray, margin: float) -> NDArray:
-    """(n_candidates,) bool: whether a candidate is for somebody within a margin of the best."""
-    return (utility >= utility.max(axis=0) - margin).any(axis=1)
+def shortlist(utility: NDArray, dials: NDArray, count: int, always: Sequence[int]) -> list[int]:
+    """Indices of `count` candidates worth another look, in order: `always`, and the least weak.
+
+    A candidate is weak that is for nobody near the best: by the least that it earns less than the
+    best for somebody. Raises ValueError as `choose` does.
+    """
+    _check(utility, count, always)
+    expected = smoothed(utility, dials)
+    weakness = (expected.max(axis=0) - expected).min(axis=1)
+    weakness[list(always)] = -1.0
+    order = sorted(range(len(utility)), key=lambda i: (weakness[i], -expected[i].mean(), i))
+    return sorted(order[:count])
 
 
 def clusters(utility: NDArray, count: int) -> NDArray:
@@ -50,38 +57,31 @@ def clusters(utility: NDArray, count: int) -> NDArray:
 def choose(utility: NDArray, dials: NDArray, size: int, always: Sequence[int]) -> list[int]:
     """Indices of the library's candidates: `always` first, the others by mean utility.
 
-    utility: (n_candidates, n_people) points; dials: (n_people, n_dials) in [0, 1]. Those never near
-    the best are dropped, the rest clustered, and of each cluster the one kept that adds most to
-    what the best of the library for each person earns. Raises ValueError when a figure is not
-    finite or there are fewer candidates than the library takes.
+    utility: (n_candidates, n_people) points; dials: (n_people, n_dials) in [0, 1]. The candidates
+    are clustered, and of each cluster the one is kept that adds most to what the best of the
+    library for each person earns. Raises ValueError when a figure is not finite or there are fewer
+    candidates than the library takes.
     """
-    if not np.isfinite(utility).all():
-        candidate, person = np.argwhere(~np.isfinite(utility))[0]
-        raise ValueError(f"utility of candidate {candidate} with person {person} is not finite")
-    if not len(always) <= size <= len(utility):
-        raise ValueError(f"a library of {size} from {len(utility)} candidates, {len(always)} set")
+    _check(utility, size, always)
     expected = smoothed(utility, dials)
-    left = _worth_keeping(expected, size, always)
-    label = clusters(expected[left], size - len(always)) if left else np.zeros(0, int)
+    left = [i for i in range(len(utility)) if i not in always]
+    label = clusters(expected[left], size - len(always)) if size > len(always) else []
     chosen = list(always)
     for number in sorted(set(label), key=lambda n: -expected[left][label == n].max()):
         members = [left[i] for i in np.flatnonzero(label == number)]
         chosen.append(_most_added(expected, chosen, members))
     while len(chosen) < size:
         chosen.append(_most_added(expected, chosen, sorted(set(left) - set(chosen))))
-    rest = sorted(chosen[len(always) :], key=lambda i: -utility[i].mean())
+    rest = sorted(chosen[len(always) :], key=lambda i: (-utility[i].mean(), i))
     return [*always, *rest]
 
 
-def _worth_keeping(expected: NDArray, size: int, always: Sequence[int]) -> list[int]:
-    """Candidates near the best for somebody; the margin grows until they fill the library."""
-    margin = MARGIN
-    while True:
-        near = near_best(expected, margin)
-        left = [i for i in range(len(expected)) if near[i] and i not in always]
-        if len(left) >= size - len(always):
-            return left
-        margin *= WIDER
+def _check(utility: NDArray, count: int, always: Sequence[int]) -> None:
+    if not np.isfinite(utility).all():
+        candidate, person = np.argwhere(~np.isfinite(utility))[0]
+        raise ValueError(f"utility of candidate {candidate} with person {person} is not finite")
+    if not len(always) <= count <= len(utility):
+        raise ValueError(f"{count} to keep of {len(utility)} candidates, {len(always)} of them set")
 
 
 def _most_added(expected: NDArray, chosen: Sequence[int], members: Sequence[int]) -> int:

@@ -1,0 +1,209 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Builds the policy library of a scenario from one seed (thesis 5.2.2.1, 5.3.1.2).
+
+    python3 -m fabric_sim.batch_library inspection FOLDER --seed 101
+
+Candidates are drawn around the base model, checked, solved and run with random people. The weak are
+dropped, the rest run again and clustered by what they earn from whom; those are kept that differ.
+The same seed gives the same files, whatever map spreads the work. What is finished is kept beside
+the folder until the library is complete, so a build that was stopped goes on where it was.
+"""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import json
+import os
+import shutil
+import sys
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import asdict, dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from tqdm import tqdm
+
+from fabric_abps.cards import Candidate, card, names_of, sentence
+from fabric_abps.dials import Setting
+from fabric_abps.diversity import choose, shortlist
+from fabric_abps.library import INDEX, Library, write_index
+from fabric_sim.batch_candidates import BASE, FIXED, People, draw, run
+from fabric_sim.batch_files import Files
+
+MapJobs = Callable[[Callable[[Any], Any], Iterable[Any]], Iterable[Any]]
+Progress = Callable[[int, int], None]
+ALWAYS = (BASE, "reactive")  # the baselines, in every library
+TASKS = {"inspection": (6, 24), "sorting": (2, 6)}  # of a person with a candidate, first and second
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What decides the library of a scenario; equal plans give equal files."""
+
+    scenario: str
+    seed: int
+    candidates: int = 120  # drawn, beside the written ones
+    people: int = 48  # random points of the character cube
+    first: int = 0  # tasks of each person with each candidate; 0 as TASKS says
+    second: int = 0  # tasks of each person with each candidate on the short list; 0 likewise
+    size: int = 20  # of the library
+
+    def __post_init__(self) -> None:
+        if self.scenario not in TASKS:
+            raise ValueError(f"scenario is {self.scenario!r}, none of {', '.join(TASKS)}")
+        for name, least in (("candidates", 1), ("people", 1), ("first", 0), ("second", 0),
+                            ("size", len(ALWAYS))):  # fmt: skip
+            value = getattr(self, name)
+            if not isinstance(value, int) or value < least:
+                raise ValueError(f"{name} is {value!r}; it must be a whole number >= {least}")
+        if self.size > len(self.names):
+            raise ValueError(f"size is {self.size}, there are {len(self.names)} candidates")
+        for name, tasks in zip(("first", "second"), TASKS[self.scenario], strict=True):
+            object.__setattr__(self, name, getattr(self, name) or tasks)
+
+    @property
+    def names(self) -> list[str]:
+        """Names of the candidates: the written ones, then the drawn ones by number."""
+        return [*FIXED, *(f"candidate_{number:03d}" for number in range(self.candidates))]
+
+    @property
+    def short(self) -> int:
+        """Length of the short list."""
+        return min(2 * self.size, len(self.names))
+
+
+def build(
+    plan: Plan, folder: Path, map_jobs: MapJobs = map, progress: Progress | None = None
+) -> Library:
+    """Build the library in a folder and return it.
+
+    map_jobs may spread the work, keeping the order; each job is one candidate and brings all that
+    it needs. progress(done, total) is called after each. What is in the folder is replaced at the
+    very end only. Raises ValueError.
+    """
+    work = folder.with_name(f".{folder.name}.work")
+    bench = _Bench(work / _fingerprint(plan), map_jobs, progress, len(plan.names) + plan.short)
+    people = np.array(People(plan.seed, plan.people).dials)
+    first = bench.run("first", plan.names, partial(first_look, plan))
+    short = _pick(shortlist, first, people, plan.short)
+    second = bench.run("second", short, partial(second_look, plan))
+    kept = _pick(choose, second, people, plan.size)
+    _write(plan.scenario, folder, [_candidate(second[name], people) for name in kept])
+    shutil.rmtree(work)
+    return Library.load(folder, plan.scenario)
+
+
+def first_look(plan: Plan, name: str) -> dict:
+    """Draw a candidate (or read a written one), solve it and run it with everybody."""
+    found = draw(plan.scenario, plan.seed, name)
+    return {**found, **run(plan.scenario, found, People(plan.seed, plan.people), plan.first)}
+
+
+def second_look(plan: Plan, found: dict) -> dict:
+    """Run a candidate of the short list again, on other seeds."""
+    people = People(plan.seed, plan.people, again=True)
+    return {**found, **run(plan.scenario, found, people, plan.second)}
+
+
+class _Bench:
+    """Runs jobs and keeps what is finished in files."""
+
+    def __init__(
+        self, folder: Path, map_jobs: MapJobs, progress: Progress | None, total: int
+    ) -> None:
+        self._folder, self._map, self._progress = folder, map_jobs, progress
+        self._total, self._done = total, 0
+        folder.mkdir(parents=True, exist_ok=True)
+
+    def run(self, look: str, items: Sequence[Any], function: Callable[[Any], dict]) -> dict:
+        """Results by name; items are names or earlier results. Those in files are not run again."""
+        names = [item if isinstance(item, str) else item["name"] for item in items]
+        paths = [self._folder / f"{look}-{name}.json" for name in names]
+        left = [i for i, path in enumerate(paths) if not path.is_file()]
+        self._tell(len(paths) - len(left))
+        for i, result in zip(left, self._map(function, [items[i] for i in left]), strict=True):
+            _write_text(paths[i], json.dumps(result))
+            self._tell(1)
+        found = (json.loads(path.read_text(encoding="utf-8")) for path in paths)
+        return dict(zip(names, found, strict=True))
+
+    def _tell(self, finished: int) -> None:
+        self._done += finished
+        if self._progress is not None and finished:
+            self._progress(self._done, self._total)
+
+
+def _fingerprint(plan: Plan) -> str:
+    """What results of other plans or models must not be mixed with."""
+    digest = hashlib.sha256(json.dumps(asdict(plan)).encode())
+    for name in FIXED:
+        path = Files().model(name, plan.scenario)
+        digest.update(path.read_bytes() + path.with_suffix(".obs.yaml").read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def _pick(rule: Callable, results: dict[str, dict], people: np.ndarray, count: int) -> list:
+    """What a rule of `diversity` takes: results after `shortlist`, names after `choose`."""
+    names = list(results)
+    utility = np.array([np.mean(result["rewards"], axis=1) for result in results.values()])
+    taken = rule(utility, people, count, [names.index(name) for name in ALWAYS])
+    return [results[names[i]] if rule is shortlist else names[i] for i in taken]
+
+
+def _candidate(result: dict, people: np.ndarray) -> Candidate:
+    setting = None if result["setting"] is None else Setting(**result["setting"])
+    reward = np.mean(result["rewards"], axis=1)
+    files = (result["model"], result["map"], result["policy"])
+    return Candidate(result["name"], setting, *files, reward, np.array(result["notices"]), people)
+
+
+def _write_text(path: Path, text: str) -> None:
+    """A reader sees the old file or the new one, never half of it."""
+    part = path.with_name(path.name + ".part")
+    part.write_text(text, encoding="utf-8")
+    os.replace(part, path)
+
+
+def _write(scenario: str, folder: Path, candidates: Sequence[Candidate]) -> None:
+    """The files of the chosen, then the index, then away with what no index names any more."""
+    folder.mkdir(parents=True, exist_ok=True)
+    entries, written = [], {INDEX}
+    for name, candidate in zip(names_of(candidates, FIXED), candidates, strict=True):
+        files = {"model": f"{name}.pomdpx", "solved": f"{name}.policy", "card": f"{name}.md"}
+        _write_text(folder / files["model"], candidate.model)
+        _write_text(folder / f"{name}.obs.yaml", candidate.map)
+        _write_text(folder / files["solved"], candidate.policy)
+        _write_text(folder / files["card"], card(scenario, name, candidate))
+        entries.append({"name": name, "about": sentence(candidate), **files})
+        written |= {*files.values(), f"{name}.obs.yaml"}
+    write_index(folder / INDEX, scenario, BASE, entries)
+    for path in folder.iterdir():
+        if path.suffix in (".pomdpx", ".policy", ".md", ".yaml") and path.name not in written:
+            path.unlink()
+
+
+def main(words: Sequence[str] | None = None) -> int:
+    """Build a library at the command line; return the exit code."""
+    from fabric_sim.batch_train import spread  # noqa: PLC0415
+
+    parser = argparse.ArgumentParser(description="Build the policy library of a scenario.")
+    parser.add_argument("scenario", choices=list(TASKS))
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("--seed", type=int, default=101)
+    parser.add_argument("--jobs", type=int, default=os.cpu_count())
+    for name in ("candidates", "people", "first", "second", "size"):
+        parser.add_argument(f"--{name}", type=int, default=getattr(Plan, name))
+    given = vars(parser.parse_args(words))
+    folder, jobs = given.pop("folder"), given.pop("jobs")
+    plan = Plan(**given)
+    with tqdm(total=len(plan.names) + plan.short, unit="candidate") as bar:
+        library = build(plan, folder, spread(jobs), lambda done, _: bar.update(done - bar.n))
+    print(f"library  {folder}: {', '.join(library.names)}")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

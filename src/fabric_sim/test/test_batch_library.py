@@ -1,0 +1,172 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Building a policy library: one seed gives one library, and a build that was stopped goes on."""
+
+from functools import partial
+from pathlib import Path
+
+import pytest
+
+import fabric_planner as fp
+from fabric_abps import candidates
+from fabric_sim import batch_library
+from fabric_sim.batch_candidates import BASE, People, draw
+from fabric_sim.batch_files import Files
+from fabric_sim.batch_library import Plan, build, first_look
+
+PLAN = Plan("inspection", seed=101, candidates=4, people=3, first=1, second=1, size=4)
+
+
+class Killed(Exception):
+    """The build is stopped from outside."""
+
+
+def content(folder: Path) -> dict[str, bytes]:
+    return {path.name: path.read_bytes() for path in folder.iterdir()}
+
+
+def backwards(function, items):
+    """Work spread otherwise: the last job is done first, the order of results is kept."""
+    return reversed([function(item) for item in reversed(items)])
+
+
+@pytest.fixture(scope="module", autouse=True)
+def solved_roughly():
+    """A hundredth of the work on each model; nothing here depends on how well it is solved."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(candidates, "WORK", candidates.WORK / 100.0)
+        yield
+
+
+@pytest.fixture(scope="module")
+def built(solved_roughly, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("library") / "inspection"
+    told = []
+    library = build(PLAN, folder, progress=lambda done, total: told.append((done, total)))
+    return library, folder, told
+
+
+def test_the_library_has_its_size_the_baselines_first_and_a_folder_that_loads(built) -> None:
+    library, folder, _ = built
+    assert library.names[:2] == ["proactive", "reactive"]
+    assert len(set(library.names)) == PLAN.size
+    assert library.base == BASE
+    for policy in library.policies:
+        assert policy.vectors() is not None
+        assert policy.card.read_text().startswith("<!-- SPDX")
+        agent = Files().offline_agent(policy.path, policy.vectors())
+        assert agent.model.actions == fp.load(policy.path).actions
+    assert len(content(folder)) == 4 * PLAN.size + 1
+
+
+def test_progress_is_told_after_each_look_at_a_candidate(built) -> None:
+    total = len(PLAN.names) + PLAN.short
+    assert built[2] == [(done, total) for done in range(1, total + 1)]
+
+
+def test_the_same_seed_gives_the_same_files_however_the_work_is_spread(built, tmp_path) -> None:
+    build(PLAN, tmp_path / "inspection", backwards)
+    assert content(tmp_path / "inspection") == content(built[1])
+
+
+def test_a_build_that_was_killed_goes_on_where_it_was(built, tmp_path, monkeypatch) -> None:
+    done = []
+
+    def dies(function, items):
+        for item in items:
+            if len(done) == 4:
+                raise Killed
+            done.append(item)
+            yield function(item)
+
+    folder = tmp_path / "inspection"
+    with pytest.raises(Killed):
+        build(PLAN, folder, dies)
+    assert not folder.exists()
+
+    def counting(plan, name):
+        done.append(name)
+        return first_look(plan, name)
+
+    monkeypatch.setattr(batch_library, "first_look", counting)
+    told = []
+    build(PLAN, folder, progress=lambda now, total: told.append(now))
+    assert told[0] == 4
+    assert done == PLAN.names
+    assert content(folder) == content(built[1])
+    assert [path.name for path in tmp_path.iterdir()] == ["inspection"]
+
+
+def test_results_of_another_plan_are_not_taken(tmp_path) -> None:
+    folder = tmp_path / "inspection"
+
+    def dies(function, items):
+        yield function(items[0])
+        raise Killed
+
+    with pytest.raises(Killed):
+        build(PLAN, folder, dies)
+    told = []
+    other = Plan("inspection", seed=102, candidates=2, people=2, first=1, second=1, size=2)
+    build(other, folder, progress=lambda done, total: told.append(done))
+    assert told[0] == 1
+
+
+def test_an_older_library_is_replaced_at_the_end_and_other_files_stay(built, tmp_path) -> None:
+    folder = tmp_path / "inspection"
+    folder.mkdir()
+    for name in ("old.pomdpx", "old.md", "models.npz"):
+        (folder / name).write_text("old")
+
+    def dies(function, items):
+        raise Killed
+
+    with pytest.raises(Killed):
+        build(PLAN, folder, dies)
+    assert sorted(content(folder)) == ["models.npz", "old.md", "old.pomdpx"]
+    build(PLAN, folder)
+    assert content(folder) == {**content(built[1]), "models.npz": b"old"}
+
+
+def test_candidates_differ_and_repeat_with_the_seed() -> None:
+    one, other = (draw("inspection", 101, f"candidate_{number:03d}") for number in (0, 1))
+    assert one["setting"] != other["setting"]
+    assert one["model"] != other["model"]
+    assert draw("inspection", 101, "candidate_000") == one
+    assert draw("inspection", 102, "candidate_000")["setting"] != one["setting"]
+
+
+def test_a_written_candidate_is_taken_as_it_is() -> None:
+    source = Files().model("reactive", "sorting")
+    found = draw("sorting", 101, "reactive")
+    assert found["setting"] is None
+    assert found["model"] == source.read_text()
+    assert found["map"] == source.with_suffix(".obs.yaml").read_text()
+
+
+def test_the_second_look_meets_the_same_people_on_other_seeds() -> None:
+    first, again = People(101, 5), People(101, 5, again=True)
+    assert first.dials == again.dials
+    assert first.run_seed(3) != again.run_seed(3)
+
+
+def test_both_looks_notice_the_same_things_of_everybody() -> None:
+    found = first_look(PLAN, "none")
+    again = partial(batch_library.second_look, PLAN)(found)
+    assert [len(found[key]) for key in ("rewards", "notices")] == [3, 3]
+    assert all(notices[1:4] == [0.0, 0.0, 0.0] for notices in found["notices"])
+    assert again["rewards"] != found["rewards"]
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ({"scenario": "cooking"}, "scenario is 'cooking', none of inspection, sorting"),
+        ({"people": 0}, "people is 0; it must be a whole number >= 1"),
+        ({"size": 1}, "size is 1; it must be a whole number >= 2"),
+        ({"candidates": 3, "size": 7}, "size is 7, there are 6 candidates"),
+        ({"first": -1}, "first is -1"),
+    ],
+)
+def test_a_senseless_plan_is_refused_by_name(words, message) -> None:
+    with pytest.raises(ValueError, match=message):
+        Plan(**{"scenario": "inspection", "seed": 101, **words})
