@@ -13,6 +13,8 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
+import rospkg
+import yaml
 
 from fabric_bringup import arguments, ports
 
@@ -84,6 +86,20 @@ def test_the_graph_and_the_headless_runner_give_the_same_files(tmp_path, scenari
     told = run(tmp_path / "graph", *words, "record:=false")
     results = (tmp_path / "graph/results.csv").read_text()
     assert (results, event_log(told)) == headless(tmp_path / "headless", *words)
+
+
+def test_switching_inside_a_task_does_not_depend_on_the_network(tmp_path):
+    shipped = rospkg.RosPack().get_path("fabric_abps") + "/config/selector.yaml"
+    values = yaml.safe_load(Path(shipped).read_text()) | {"switch_inside": True}
+    settings = tmp_path / "selector.yaml"
+    settings.write_text(yaml.safe_dump(values | {"switch_margin": 0.0}))
+    words = ("policy:=abps", "human:=mixed", "tasks:=5", "seed:=105", f"selector:={settings}")
+    told = run(tmp_path / "graph", *words, "record:=false")
+    results = (tmp_path / "graph/results.csv").read_text()
+    assert (results, event_log(told)) == headless(tmp_path / "headless", *words)
+    values["switch_inside"] = False
+    settings.write_text(yaml.safe_dump(values))
+    assert headless(tmp_path / "stays", *words)[1] != event_log(told)
 
 
 def test_a_run_ends_by_itself_with_a_table_and_closed_bags(tmp_path):

@@ -63,25 +63,7 @@ def test_the_density_integrates_to_the_distribution_function(predictive) -> None
         assert area == pytest.approx(model.cdf(1.5)[0, policy], abs=1e-7)
 
 
-@pytest.mark.parametrize("predictive", ["normal", "student"])
-def test_expected_gain_equals_the_integral_of_what_lies_above_u_beta(predictive) -> None:
-    model = PerformanceModel(
-        [[5, 9], [4, 30]], [[1.0, -2.0], [0.5, 3.0]], [[2.0, 0.5], [1.0, 4.0]],
-        predictive=predictive,
-    )  # fmt: skip
-    U_beta = model.expected(BETA).max()
-    score = make_criterion("expected_gain", ["a", "b"]).score(BETA, model, RNG)
-    for policy in range(2):
-
-        def above(u: float, policy: int = policy) -> float:
-            return (u - U_beta) * float(BETA @ model.density(u)[:, policy])
-
-        assert score[policy] == pytest.approx(quad(above, U_beta, np.inf)[0], abs=1e-6)
-
-
-@pytest.mark.parametrize(
-    "name", ["expected_improvement", "probability_of_improvement", "expected_gain", "greedy"]
-)
+@pytest.mark.parametrize("name", ["expected_improvement", "probability_of_improvement", "greedy"])
 def test_scores_do_not_depend_on_the_order_of_the_types(name) -> None:
     turned = PerformanceModel(MODEL.count[::-1], MODEL.mean[::-1], MODEL.variance[::-1],
                               predictive="normal")  # fmt: skip

@@ -49,24 +49,6 @@ class ProbabilityOfImprovement(Criterion):
         return f"the likeliest to earn what knowing the type would ({score[policy]:.2f} a point)"
 
 
-class ExpectedGain(Criterion):
-    """sum_tau beta(tau) E[max(U - U_beta, 0) | tau, pi], points: how far above, not how likely.
-
-    What Bayesian optimisation calls expected improvement; U_beta as in Eq. 5.4.
-    """
-
-    name = "expected_gain"
-
-    def score(
-        self, belief: NDArray, performance: PerformanceModel, rng: np.random.Generator
-    ) -> NDArray:
-        U_beta = float(performance.expected(belief).max())
-        return belief @ performance.gain(U_beta)
-
-    def words(self, policy: int, score: NDArray, expected: NDArray) -> str:
-        return f"earns {score[policy]:.2f} above the best expected reward, losses not counted"
-
-
 class Greedy(Criterion):
     """The belief-weighted mean utility itself: no exploration."""
 
@@ -171,7 +153,6 @@ CRITERIA: dict[str, Callable[[], Criterion]] = {
     for kind in (
         ExpectedImprovement,
         ProbabilityOfImprovement,
-        ExpectedGain,
         Greedy,
         Thompson,
         Random,

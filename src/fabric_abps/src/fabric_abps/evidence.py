@@ -38,21 +38,29 @@ class TaskEvidence:
         self._acts_next = policy
 
     @property
+    def codes(self) -> list[int]:
+        """All observations in order."""
+        return [code for stretch in self.stretches for code in stretch.codes]
+
+    @property
     def count(self) -> int:
         """Number of observations."""
         return sum(len(stretch.codes) for stretch in self.stretches)
 
-    def log_likelihood(self, model: ObservationModel, effective: float) -> NDArray:
-        """ln P(sigma | tau, pi) under every type, (n_types,) nats; see ObservationModel.
+    def contributions(self, model: ObservationModel) -> NDArray:
+        """ln P of every observation under every type, given those before, (count, n_types) nats."""
+        parts, previous = [], None
+        for policy, codes in self.stretches:
+            parts.append(model.contributions(codes, policy, previous))
+            previous = codes[-1]
+        return np.concatenate(parts)
 
-        Stretches share the weight of the task by their lengths.
+    def log_likelihood(self, model: ObservationModel, effective: float) -> NDArray:
+        """ln P(sigma | tau, pi) under every type, (n_types,) nats, of one observation at least.
+
+        Tempered as ObservationModel.log_likelihood, with which it agrees for a single stretch.
         """
-        share = effective / max(self.count, 1)
-        parts = [
-            model.log_likelihood(codes, policy, share * len(codes))
-            for policy, codes in self.stretches
-        ]
-        return np.sum(parts, axis=0)
+        return min(1.0, effective / self.count) * self.contributions(model).sum(axis=0)
 
     def p_values(self, model: ObservationModel) -> NDArray | None:
         """How typical the task is of every type, (n_types,); None when it was played with several

@@ -64,29 +64,21 @@ def moves(
 ) -> tuple[Move, ...]:
     """What each kind of observation did, the strongest first; before, after: beliefs (n_types,).
 
-    The task's log-likelihood is taken apart observation by observation, each given those before,
-    so the parts sum to what Eq. 5.1 used, whatever the representation of the model.
+    The parts sum to the log-likelihood that Eq. 5.1 used, whatever the observation model is.
     """
+    if evidence.count == 0:
+        return ()
     tau = int(np.argmax(after))
-    parts: dict[int, list[NDArray]] = {}
-    for code, part in _parts(evidence, model, effective):
-        parts.setdefault(code, []).append(part)
-    found = []
-    for code, each in parts.items():
-        total = np.sum(each, axis=0)
-        ratio = float(total[tau] - before @ total)
-        found.append(Move(code_name(code), len(each), ratio, types[tau]))
+    codes = np.array(evidence.codes)
+    parts = min(1.0, effective / len(codes)) * evidence.contributions(model)
+    ratios = parts[:, tau] - parts @ before
+    found = [
+        Move(
+            code_name(int(code)),
+            int((codes == code).sum()),
+            ratios[codes == code].sum(),
+            types[tau],
+        )
+        for code in np.unique(codes)
+    ]
     return tuple(sorted(found, key=lambda move: (-abs(move.log_ratio), move.words)))
-
-
-def _parts(
-    evidence: TaskEvidence, model: ObservationModel, effective: float
-) -> list[tuple[int, NDArray]]:
-    """Every observation and its share of the task's log-likelihood, (n_types,) nats."""
-    raw, codes = [], []
-    for policy, stretch in evidence.stretches:
-        sums = [model.log_likelihood(stretch[:n], policy) for n in range(len(stretch) + 1)]
-        raw += list(np.diff(sums, axis=0))
-        codes += stretch
-    weight = min(1.0, effective / max(len(codes), 1))
-    return [(code, weight * part) for code, part in zip(codes, raw, strict=True)]

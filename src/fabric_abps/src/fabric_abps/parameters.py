@@ -20,7 +20,7 @@ class SelectorParameters:
     alarm_rate: float = 0.01  # of the flag "unlike anyone known" for a known person, (0, 1)
     alarm_window: int = 3  # tasks the flag looks back on, >= 1
     switch_inside: bool = False  # whether the policy may change inside a task
-    switch_margin: float = 0.5  # points that a change inside a task must promise, >= 0
+    switch_margin: float = 0.25  # points that a change inside a task must promise, >= 0
 
     @classmethod
     def load(cls, values: dict) -> "SelectorParameters":

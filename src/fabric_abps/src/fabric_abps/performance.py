@@ -81,19 +81,12 @@ class PerformanceModel:
 
     def density(self, utility: float) -> NDArray:
         """P(utility | tau, pi), (n_types, n_policies) 1/points."""
-        return self._standard_density((utility - self.mean) / self._scale) / self._scale
-
-    def gain(self, utility: float) -> NDArray:
-        """E[max(U - utility, 0) | tau, pi], (n_types, n_policies) points.
-
-        Infinite for a pair of two samples, whose Student's t has no mean.
-        """
-        z = (self.mean - utility) / self._scale
-        tail = self._standard_density(z)
-        if self.predictive == "student":
-            with np.errstate(divide="ignore"):
-                tail = tail * (self.count - 1.0 + z**2) / (self.count - 2.0)
-        return self._scale * (tail + z * (1.0 - self.cdf(utility)))
+        z = (utility - self.mean) / self._scale
+        if self.predictive == "normal":
+            return np.exp(-0.5 * z**2) / np.sqrt(2.0 * np.pi) / self._scale
+        nu = self.count - 1.0
+        log = gammaln((nu + 1.0) / 2.0) - gammaln(nu / 2.0) - 0.5 * np.log(nu * np.pi)
+        return np.exp(log - (nu + 1.0) / 2.0 * np.log1p(z**2 / nu)) / self._scale
 
     @property
     def _scale(self) -> NDArray:
@@ -101,13 +94,6 @@ class PerformanceModel:
         if self.predictive == "normal":
             return self.deviation
         return self.deviation * np.sqrt(1.0 + 1.0 / self.count)
-
-    def _standard_density(self, z: NDArray) -> NDArray:
-        if self.predictive == "normal":
-            return np.exp(-0.5 * z**2) / np.sqrt(2.0 * np.pi)
-        nu = self.count - 1.0
-        log = gammaln((nu + 1.0) / 2.0) - gammaln(nu / 2.0) - 0.5 * np.log(nu * np.pi)
-        return np.exp(log - (nu + 1.0) / 2.0 * np.log1p(z**2 / nu))
 
     def expected(self, belief: ArrayLike) -> NDArray:
         """Belief-weighted mean utility of every policy, (n_policies,) points."""

@@ -50,6 +50,7 @@ class Plan:
     policies: tuple[str, ...]
     jobs: int
     out_dir: Path
+    selector: str = ""  # file of ABPS' parameters
 
     @classmethod
     def parse(cls, words: Sequence[str]) -> Plan:
@@ -64,12 +65,13 @@ class Plan:
             policies=tuple(value["policy"].split(",")),
             jobs=int(value["jobs"]) or multiprocessing.cpu_count(),
             out_dir=Path(value["out_dir"]),
+            selector=value["selector"],
         )
 
     def job_list(self) -> list[Job]:
         """One job a run, policy by policy."""
         return [
-            (RunSetup(self.scenario, self.human, policy, seed), self.tasks)
+            (RunSetup(self.scenario, self.human, policy, seed, selector=self.selector), self.tasks)
             for policy in self.policies
             for seed in self.seeds
         ]

@@ -93,11 +93,14 @@ class Files:
             fallback=values["fallback_action"],
         )
 
-    def selector(self, scenario: str) -> Selector:
-        """ABPS over the shipped library with its trained models."""
+    def selector(self, scenario: str, parameters: str = "") -> Selector:
+        """ABPS over the shipped library with its trained models; parameters: a file in place of
+        the shipped selector.yaml. Raises ValueError naming a parameter, OSError without the file.
+        """
         package = self.share("fabric_abps")
         config = package / "config"
         library = Library.load(config / "library.yaml", scenario)
         models = TrainedModels.load(package / f"models/{scenario}.npz")
-        values = yaml.safe_load((config / "selector.yaml").read_text(encoding="utf-8"))
+        path = Path(parameters) if parameters else config / "selector.yaml"
+        values = yaml.safe_load(path.read_text(encoding="utf-8"))
         return Selector(library, models, SelectorParameters.load(values))

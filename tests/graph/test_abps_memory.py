@@ -1,0 +1,167 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The ABPS node alone: what it knows of a person survives its death, and ends on request."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from xmlrpc.client import ServerProxy
+
+import pytest
+import rospy
+
+from fabric_abps import Job, Library, SelectorParameters, train
+from fabric_bringup import ports
+from fabric_msgs.msg import Observation, PolicyChoice, TaskEvent, TypeBelief
+from fabric_msgs.srv import ResetTypes, SelectPolicy
+
+DEADLINE = 60.0  # s, wall time for any one condition
+NODE = Path(__file__).parents[2] / "src/fabric_abps/nodes/abps_node.py"
+INDEX = """
+tiny:
+  base: one
+  policies:
+    - {name: one, model: one.pomdpx, about: One.}
+    - {name: two, model: two.pomdpx, about: Two.}
+"""
+IDLE, WARNING = 33, 17
+
+
+def run_job(job: Job) -> list[tuple[float, list[int]]]:
+    """Two types of people: one idles, one warns; each has a policy that suits it."""
+    code = IDLE if job.type == "idler" else WARNING
+    suits = (job.type == "idler") == (job.policy == "one")
+    return [(3.0 + 2.0 * suits + 0.01 * task, [code] * 5) for task in range(job.tasks)]
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory) -> Path:
+    """A library and its models."""
+    folder = tmp_path_factory.mktemp("abps")
+    (folder / "library.yaml").write_text(INDEX)
+    for name in ("one", "two"):
+        (folder / f"{name}.pomdpx").write_text(f"<!-- {name} -->")
+    library = Library.load(folder / "library.yaml", "tiny")
+    train(library, ("idler", "warner"), run_job, 6, 1).save(folder / "tiny.npz")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def master(folder: Path) -> Iterator[str]:
+    """Address of a ROS master that this process is a node of."""
+    port = ports.choose()
+    environment = {
+        "ROS_MASTER_URI": f"http://localhost:{port}",
+        "ROS_HOSTNAME": "localhost",
+        "ROS_LOG_DIR": str(folder / "log"),
+    }
+    os.environ.update(environment)
+    core = subprocess.Popen(["roscore", "-p", str(port)], stdout=subprocess.PIPE, text=True)
+    assert core.stdout is not None
+    assert any("started core service" in line for line in core.stdout)
+    rospy.init_node("somebody", anonymous=True, disable_signals=True)
+    yield environment["ROS_MASTER_URI"]
+    rospy.signal_shutdown("the test is over")
+    core.terminate()
+    core.communicate(timeout=DEADLINE)
+
+
+class Robot(rospy.SubscribeListener):
+    """What the rest of the graph says to the node, and what the node says."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._news = threading.Condition()
+        self._beliefs: list[TypeBelief] = []
+        self._listeners = 0
+        self._publish = {
+            kind: rospy.Publisher(topic, kind, subscriber_listener=self, queue_size=100)
+            for topic, kind in (("observation", Observation), ("task/event", TaskEvent))
+        }
+        rospy.Subscriber("abps/type_belief", TypeBelief, self._take)
+
+    def peer_subscribe(self, *_: object) -> None:
+        with self._news:
+            self._listeners += 1
+            self._news.notify_all()
+
+    def _take(self, belief: TypeBelief) -> None:
+        with self._news:
+            self._beliefs.append(belief)
+            self._news.notify_all()
+
+    def meet(self) -> TypeBelief:
+        """Wait until a node that was just started listens; return its first belief."""
+        with self._news:
+            assert self._news.wait_for(lambda: self._listeners and self._beliefs, DEADLINE)
+            assert self._news.wait_for(lambda: self._listeners >= 2, DEADLINE)
+            return self._beliefs[-1]
+
+    def forget(self) -> None:
+        with self._news:
+            self._listeners, self._beliefs = 0, []
+
+    def play(self, task_id: int, code: int) -> TypeBelief:
+        """A whole task in which the person does one thing; return the belief after it."""
+        for number in range(5):
+            message = Observation(task_id=task_id, sequence=number + 1, detected=True)
+            message.idle, message.warning = code == IDLE, code == WARNING
+            message.task_success = number == 4
+            self._publish[Observation].publish(message)
+        self._publish[TaskEvent].publish(TaskEvent(task_id=task_id, kind=TaskEvent.TASK_SUCCEEDED))
+        with self._news:
+            done = self._news.wait_for(lambda: self._beliefs[-1].task_id == task_id, DEADLINE)
+            assert done
+            return self._beliefs[-1]
+
+
+@contextmanager
+def node(master: str, folder: Path, memory: Path, robot: Robot) -> Iterator[subprocess.Popen]:
+    """The ABPS node of P07; it dies by SIGKILL."""
+    robot.forget()
+    settings = vars(SelectorParameters()) | {"criterion": "greedy"}
+    parameters = {"library": str(folder / "library.yaml"), "models": str(folder / "tiny.npz")}
+    parameters |= {"scenario": "tiny", "person": "P07", "memory": str(memory)}
+    ServerProxy(master).setParam("/test", "/abps", parameters | {"selector": settings})
+    process = subprocess.Popen([sys.executable, str(NODE)], stderr=subprocess.PIPE, text=True)
+    try:
+        yield process
+    finally:
+        process.kill()
+        process.communicate(timeout=DEADLINE)
+
+
+def select(task_id: int) -> PolicyChoice:
+    return rospy.ServiceProxy("abps/select", SelectPolicy)(task_id, 1)
+
+
+def test_the_belief_survives_a_kill_and_ends_on_request(master, folder, tmp_path) -> None:
+    robot = Robot()
+    with node(master, folder, tmp_path, robot):
+        assert robot.meet().probability == (0.5, 0.5)
+        assert "new person" in select(1).reason
+        before = robot.play(1, WARNING)
+        assert before.probability[1] > 0.6
+    with node(master, folder, tmp_path, robot):
+        assert robot.meet().probability == before.probability
+        assert select(2).policy == "two"
+        assert rospy.ServiceProxy("abps/reset", ResetTypes)().accepted
+    with node(master, folder, tmp_path, robot):
+        assert robot.meet().probability == (0.5, 0.5)
+        assert "new person" in select(3).reason
+
+
+def test_a_file_that_cannot_be_used_ends_the_node_and_stays(master, folder, tmp_path) -> None:
+    robot = Robot()
+    kept = tmp_path / "P07_tiny.json"
+    kept.write_text("{")
+    with node(master, folder, tmp_path, robot) as process:
+        _, told = process.communicate(timeout=DEADLINE)
+    assert process.returncode == 1
+    assert f"abps: {kept}: not a JSON file" in told
+    assert kept.read_text() == "{"
