@@ -13,12 +13,12 @@ from fabric_abps import Library, Policy, Selector, SelectorParameters
 from fabric_msgs.msg import Decision, Observation
 from fabric_sim.batch_files import Files
 from fabric_sim.character import CORNERS
-from fabric_sim.experiments import command, long_term, long_term_run
-from fabric_sim.experiments.long_term_ablation import subset, trained
+from fabric_sim.experiments import command, long_term
+from fabric_sim.experiments.long_term_ablation import Training
 from fabric_sim.experiments.long_term_deciders import Prepared, PreparedDecider
-from fabric_sim.experiments.long_term_run import ABPS, Context, best_in_hindsight
+from fabric_sim.experiments.long_term_hindsight import SHIFTS_TO_JUDGE, best_in_hindsight
+from fabric_sim.experiments.long_term_run import ABPS, Context
 from fabric_sim.experiments.long_term_shifts import (
-    Course,
     Shift,
     Strategy,
     World,
@@ -50,7 +50,7 @@ def context() -> Context:
 @pytest.fixture(scope="module")
 def base(context) -> Strategy:
     """ABPS with two policies and two known types, trained a little."""
-    models = trained(context, LIBRARY, TYPES, 4, SEED, 1)
+    models = Training(context, 4, SEED, 1)(LIBRARY, TYPES)
     return Strategy(ABPS, "ABPS", LIBRARY, models, SelectorParameters())
 
 
@@ -210,35 +210,49 @@ def test_a_folder_without_a_usable_model_is_refused(context, tmp_path):
 # -- the best policy in hindsight ----------------------------------------------------------------
 
 
-def test_the_best_in_hindsight_is_found_and_beats_every_constant_on_other_tasks(
-    context, monkeypatch
-):
+def judged(worth: np.ndarray, noise: float, seed: int):
+    """Judge policies that are worth so much, (n_people, n_policies), with so much noise a shift."""
+    rng = np.random.default_rng(seed)
+
+    def judge(places, first, last) -> np.ndarray:
+        means = np.array([worth[place] for place in places])
+        return means[:, None] + rng.normal(0.0, noise, (len(places), last - first))
+
+    return judge
+
+
+def test_the_best_in_hindsight_beats_every_constant_on_other_tasks():
     rng = np.random.default_rng(SEED)
+    people = [unknown_person(SEED, number) for number in range(40)]
     names = [f"policy {number}" for number in range(6)]
-    worth = rng.normal(4.0, 1.0, (12, len(names)))  # of each policy to each person
-
-    def run(_, jobs, *__):
-        return [course(job.shifts, worth[job.shifts[0].tasks, names.index(job.strategy)])
-                for job in jobs]  # fmt: skip
-
-    def course(shifts, mean) -> Course:
-        figures = rng.normal(mean, 1.0, (30 * len(shifts), 4))
-        empty = np.zeros((len(figures), 0))
-        return Course(figures, empty, [""] * len(figures), empty, empty)
-
-    monkeypatch.setattr(long_term_run, "run", run)
-    shifts = long_term_run.SHIFTS_TO_JUDGE
-    people = [[Shift(unknown_person(p), SEED, p)] * shifts for p in range(len(worth))]
-    found = best_in_hindsight(context, names, people, 1)
-    picked = worth[range(len(worth)), [names.index(name) for name in found.best]]
-    assert found.tasks == 30 * shifts
-    assert picked.mean() > worth.mean(axis=0).max()
+    worth = rng.normal(4.0, 1.0, (len(people), len(names)))  # nothing to do with the dials
+    found = best_in_hindsight(names, people, judged(worth, 0.3, SEED))
+    picked = worth[range(len(people)), [names.index(name) for name in found.best]]
+    assert found.shifts == SHIFTS_TO_JUDGE
     assert picked.mean() > worth.max(axis=1).mean() - 0.1
+    assert picked.mean() > worth.mean(axis=0).max() + 0.5
 
 
-def test_a_smaller_library_keeps_the_base(base):
-    assert subset(LIBRARY.policies[::-1], LIBRARY, 1).names == ["proactive"]
-    assert subset(LIBRARY.policies[::-1], LIBRARY, 2).names == ["proactive", "none"]
+def test_similar_people_tell_what_a_persons_own_tasks_cannot():
+    people = [unknown_person(SEED, number) for number in range(200)]
+    dials = np.array([person.dials for person in people]) - 0.5
+    worth = 4.0 + 0.6 * np.column_stack([dials, -dials])  # small beside the noise
+    names = [f"policy {number}" for number in range(8)]
+    found = best_in_hindsight(names, people, judged(worth, 0.5, SEED))
+    picked = worth[range(len(people)), [names.index(name) for name in found.best]]
+    possible = worth.max(axis=1).mean() - worth.mean(axis=0).max()
+    assert picked.mean() - worth.mean(axis=0).max() > 0.75 * possible
+    assert np.abs(found.rewards - worth).mean() < 0.1
+
+
+def test_trainings_share_what_both_need(context):
+    training = Training(context, 2, SEED, 1)
+    both = training(LIBRARY, TYPES)
+    one = training(LIBRARY, TYPES[1:])
+    alone = Training(context, 2, SEED, 1)(LIBRARY, TYPES[1:])
+    assert np.array_equal(one.performance.mean, alone.performance.mean)
+    assert np.array_equal(one.performance.mean, both.performance.mean[1:])
+    assert np.array_equal(one.observation.counts, alone.observation.counts)
 
 
 # -- the command --------------------------------------------------------------------------------

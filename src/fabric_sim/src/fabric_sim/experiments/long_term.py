@@ -28,6 +28,7 @@ from fabric_sim.experiments.long_term_run import (
     ABPS,
     Adaptation,
     Context,
+    judge_everybody,
     run_adaptation,
     run_convergence,
 )
@@ -41,7 +42,6 @@ FILES = ("shifts.csv", "tasks.csv", "tests.json", "report.html")
 SCENARIOS = ("inspection", "sorting")
 CHOOSERS = {  # criterion: title
     "greedy": "greedy",
-    "expected_gain": "expected gain",
     "probability_of_improvement": "probability of improvement",
     "thompson": "Thompson sampling",
     "exp4": "bandit (exp4)",
@@ -168,19 +168,22 @@ def run_study(plan: Plan, base: Strategy) -> Study:
     for reason in refused:
         print(f"refused: {reason}", file=sys.stderr)
     library = base.library.names
+    orders, workers = plan.seeds(plan.orders), plan.seeds(plan.workers)
+    of_orders, of_workers = judge_everybody(
+        context, orders, plan.people, workers, plan.tasks, library, plan.jobs
+    )
     adaptation = run_adaptation(
         context,
-        plan.seeds(plan.orders),
+        orders,
         plan.people,
         plan.tasks,
         list(context.strategies),
         library,
         also,
+        of_orders,
         plan.jobs,
     )
-    convergence = run_convergence(
-        context, plan.seeds(plan.workers), plan.repeats, plan.tasks, library, plan.jobs
-    )
+    convergence = run_convergence(context, workers, plan.repeats, plan.tasks, of_workers, plan.jobs)
     ablation: list[AblationResult] = []
     if plan.ablations:
         ablation = run_ablations(context, adaptation, base, plan.out_dir, plan.jobs)

@@ -10,7 +10,12 @@ from typing import Any
 
 import numpy as np
 
-from fabric_abps import Library, Policy, TrainedModels, train
+from fabric_abps import Job, Library, TrainedModels, train
+from fabric_abps.diversity import choose
+from fabric_sim import batch_library
+from fabric_sim.batch_library import ALWAYS
+from fabric_sim.batch_train_people import known_types
+from fabric_sim.character import Character
 from fabric_sim.experiments.jobs import run_jobs
 from fabric_sim.experiments.long_term_run import (
     ABPS,
@@ -76,36 +81,79 @@ def parameter_variants(base: Strategy) -> list[Variant]:
     ]
 
 
-def subset(policies: Sequence[Policy], base: Library, size: int) -> Library:
-    """Return a library of the first `size` policies, the base among them."""
-    first = [policy for policy in policies if policy.name == base.base]
-    others = [policy for policy in policies if policy.name != base.base]
-    return Library(base.scenario, tuple((first + others)[:size]), base.base)
+class Training:
+    """Trains on libraries and known types; a session that two trainings share is run once."""
+
+    def __init__(self, context: Context, tasks: int, seed: int, processes: int) -> None:
+        """tasks: of each policy with each type."""
+        self._context, self._tasks, self._seed = context, tasks, seed
+        self._processes = processes
+        self._done: dict[Job, list[tuple[float, list[int]]]] = {}
+
+    def __call__(self, library: Library, types: Sequence[str]) -> TrainedModels:
+        """Return the models, equal whatever the processes and what was trained before."""
+        self._context.add_policies(library.policies)
+        with in_use(self._context):
+            return train(library, types, _train, self._tasks, self._seed, self._spread)
+
+    def _spread(self, work: Callable[[Job], Any], jobs: Sequence[Job]) -> list[Any]:
+        new = [job for job in jobs if job not in self._done]
+        found = run_jobs(work, new, self._processes, "ablations: training") if new else []
+        self._done.update(zip(new, found, strict=True))
+        return [self._done[job] for job in jobs]
 
 
-def trained(
-    context: Context,
-    library: Library,
-    types: Sequence[str],
-    tasks: int,
-    seed: int,
-    processes: int,
-) -> TrainedModels:
-    """Return models of a library and known types, trained here, equal whatever `processes` is."""
-
-    def spread(work: Callable[[Any], Any], jobs: Iterable[Any]) -> list[Any]:
-        title = f"training {len(library.policies)} policies with {len(types)} types"
-        return run_jobs(work, list(jobs), processes, title)
-
-    context.add_policies(policy for policy in library.policies)
-    with in_use(context):
-        return train(library, types, _train, tasks, seed, spread)
-
-
-def _train(job: Any) -> list[tuple[float, list[int]]]:
+def _train(job: Job) -> list[tuple[float, list[int]]]:
     context = in_use.context
     policy = context.policies[job.policy]
     return context.world.training(policy, job.type, job.seed, job.tasks)
+
+
+def type_variants(base: Strategy, training: Training) -> list[Variant]:
+    """Return ABPS with fewer and more known types; each set holds the smaller ones."""
+    return [
+        _retrained(base, "known types", number, training(base.library, known_types(number)))
+        for number in TYPES
+    ]
+
+
+def size_variants(base: Strategy, training: Training, library: Library) -> list[Variant]:
+    """Return ABPS with libraries of all sizes, each chosen out of the largest."""
+    types = known_types(16)
+    largest = training(library, types)
+    dials = np.array([Character.parse(name).dials for name in types])
+    always = [library.names.index(name) for name in ALWAYS]
+    variants = []
+    for size in (size for size in SIZES if size <= len(library.policies)):
+        chosen = choose(largest.performance.mean.T, dials, size, always)
+        part = Library(library.scenario, tuple(library.policies[i] for i in chosen), library.base)
+        variants.append(_retrained(base, "library size", size, training(part, types), part))
+    return variants
+
+
+def _retrained(
+    base: Strategy, group: str, number: int, models: TrainedModels, library: Library | None = None
+) -> Variant:
+    strategy = replace(
+        base, name=f"{group}: {number}", models=models, library=library or base.library
+    )
+    return Variant(group, str(number), strategy)
+
+
+def large_library(scenario: str, seed: int, folder: Path, processes: int) -> Library:
+    """Build a library of the largest of SIZES, as the shipped one was built."""
+
+    def spread(work: Callable[[Any], Any], names: Iterable[Any]) -> list[Any]:
+        return run_jobs(work, list(names), processes, "ablations: a library of 40")
+
+    plan = batch_library.Plan(scenario, seed, size=max(SIZES))
+    built = batch_library.build(plan, folder, spread)
+    renamed = tuple(replace(p, name=_unlike_shipped(p.name)) for p in built.policies)
+    return replace(built, policies=renamed)
+
+
+def _unlike_shipped(name: str) -> str:
+    return name if name in ALWAYS else f"{name} of 40"
 
 
 def run_variants(
@@ -144,5 +192,11 @@ def ablation_lines(study: Adaptation, results: Sequence[AblationResult]) -> list
 def run_ablations(
     context: Context, study: Adaptation, base: Strategy, folder: Path, processes: int
 ) -> list[AblationResult]:
-    """Run all ablations. folder: where what is made for them is kept."""
-    return run_variants(context, study, parameter_variants(base), processes)
+    """Run all ablations. folder: where the library made for them is kept."""
+    tasks = int(base.models.performance.count.max())
+    training = Training(context, tasks, base.models.seed, processes)
+    variants = parameter_variants(base) + type_variants(base, training)
+    scenario = base.library.scenario
+    library = large_library(scenario, base.models.seed, folder / "library_of_40", processes)
+    variants += size_variants(base, Training(context, tasks, base.models.seed, processes), library)
+    return run_variants(context, study, variants, processes)

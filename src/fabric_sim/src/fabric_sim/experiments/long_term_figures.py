@@ -8,7 +8,7 @@ from collections import Counter
 import numpy as np
 
 from fabric_sim.experiments.long_term_ablation import ablation_lines
-from fabric_sim.experiments.long_term_run import ABPS, BEST, ORACLE, Adaptation
+from fabric_sim.experiments.long_term_run import ABPS, BASE, BEST, ORACLE, Adaptation
 from fabric_sim.experiments.long_term_shifts import MEASURES
 from fabric_sim.experiments.long_term_stats import (
     BY_TASK,
@@ -37,7 +37,10 @@ def convergence_figure(study: Study) -> str:
     with plt.rc_context(STYLE):
         figure, axes = plt.subplots(1, 3, figsize=(11.0, 3.6), layout="constrained")
         axes[0].fill_between(tasks, 100 * near.low, 100 * near.high, color=COLOURS[ABPS], alpha=0.2)
-        axes[0].plot(tasks, 100 * near.share, color=COLOURS[ABPS])
+        axes[0].plot(tasks, 100 * near.share, color=COLOURS[ABPS], label="ABPS")
+        always = 100 * approach(found, BASE).share
+        axes[0].plot(tasks, always, color=COLOURS["random"], label="the base policy, kept")
+        axes[0].legend(frameon=False)
         axes[0].axhline(0.0, color="black", linewidth=0.6)
         axes[0].axhline(100 * NEAR, color="black", linewidth=0.6, linestyle="--")
         axes[0].axvline(BY_TASK, color="black", linewidth=0.6, linestyle=":")

@@ -102,7 +102,9 @@ def report_html(study: Study) -> str:
     found = study.adaptation
     parts = [
         INTRODUCTION.format(
-            policies=len(found.library), types=len(study.types), judged=found.hindsight.tasks
+            policies=len(found.library),
+            types=len(study.types),
+            judged=found.hindsight.shifts * found.shift_tasks,
         ),
         "<h2>Goals</h2>",
         html_table(goal_table(study)),

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -12,6 +11,12 @@ import numpy as np
 
 from fabric_abps import Policy
 from fabric_sim.experiments.jobs import run_jobs
+from fabric_sim.experiments.long_term_hindsight import (
+    SHIFTS_TO_JUDGE,
+    Hindsight,
+    Judge,
+    best_in_hindsight,
+)
 from fabric_sim.experiments.long_term_shifts import (
     MEASURES,
     Course,
@@ -24,9 +29,7 @@ from fabric_sim.experiments.long_term_shifts import (
 ABPS = "abps"
 ORACLE = "oracle"
 BEST = "best"
-#: Halving of the candidates for the best policy in hindsight: share that goes on, shifts more.
-ROUNDS = ((1.0, 1), (0.4, 1), (0.15, 3))
-SHIFTS_TO_JUDGE = sum(more for _, more in ROUNDS)
+BASE = "base"
 
 
 @dataclass
@@ -92,47 +95,21 @@ def run(context: Context, jobs: Sequence[Job], processes: int, title: str) -> li
         return run_jobs(_work, jobs, processes, title)
 
 
-# -- the best policy in hindsight ------------------------------------------------------------------
+# -- the best policy in hindsight -----------------------------------------------------------------
 
 
-@dataclass(frozen=True)
-class Hindsight:
-    """The best constant policy for each person, found on shifts that are used for nothing else.
+def judge_in(
+    context: Context, names: Sequence[str], spare: Sequence[Sequence[Shift]], processes: int
+) -> Judge:
+    """Return what judges policies by spare[person][shift], which nothing else is run on."""
 
-    best: (n_people,) names. tasks: how many the finalists were judged by. rewards: (n_people,
-    n_policies) mean reward of a task; of policies that went out early it is of fewer tasks.
-    """
+    def judge(places: list[tuple[int, int]], first: int, last: int) -> np.ndarray:
+        jobs = [Job(names[i], (shift,)) for p, i in places for shift in spare[p][first:last]]
+        done = run(context, jobs, processes, f"best in hindsight, shifts {first + 1} to {last}")
+        rewards = [course.figures[:, 0].mean() for course in done]
+        return np.array(rewards).reshape(len(places), last - first)
 
-    best: list[str]
-    tasks: int
-    rewards: np.ndarray
-
-
-def best_in_hindsight(
-    context: Context, names: Sequence[str], people: Sequence[Sequence[Shift]], processes: int
-) -> Hindsight:
-    """Judge all policies on the first shift of each person, the better ones on the further ones.
-
-    people: for each person SHIFTS_TO_JUDGE shifts or more; a round takes in proportion.
-    """
-    alive = [list(range(len(names))) for _ in people]
-    sums, counts = (np.zeros((len(people), len(names))) for _ in range(2))
-    scale, used = len(people[0]) // SHIFTS_TO_JUDGE, 0
-    for number, (share, more) in enumerate(ROUNDS, 1):
-        keep = max(2, math.ceil(share * len(names)))
-        means = np.divide(sums, counts, out=np.zeros_like(sums), where=counts > 0)
-        alive = [sorted(own, key=lambda i, p=p: -means[p, i])[:keep] for p, own in enumerate(alive)]
-        places = [(p, i) for p, own in enumerate(alive) for i in own]
-        shifts = [tuple(person[used : used + scale * more]) for person in people]
-        jobs = [Job(names[i], shifts[p]) for p, i in places]
-        done = run(context, jobs, processes, f"best in hindsight, round {number}")
-        for (p, i), course in zip(places, done, strict=True):
-            sums[p, i] += course.figures[:, 0].sum()
-            counts[p, i] += len(course.figures)
-        used += scale * more
-    means = sums / counts
-    best = [names[max(own, key=lambda i, p=p: means[p, i])] for p, own in enumerate(alive)]
-    return Hindsight(best, int(counts.max()), means)
+    return judge
 
 
 # -- adaptation: Fig. 5.3, 5.4, Table 5.1 ----------------------------------------------------------
@@ -142,8 +119,8 @@ def best_in_hindsight(
 class Adaptation:
     """Orders of unknown people, each of whom works a shift; the robot is not told of a change.
 
-    shifts: [order][place]. constants: names, of the library first. figures: by strategy, (n_orders,
-    n_tasks, len(MEASURES)); courses: of the strategies that choose, an order each.
+    shifts: [order][place]. library, also: names of the constant policies. figures: by strategy,
+    (n_orders, n_tasks, len(MEASURES)); courses: of the strategies that choose, an order each.
     """
 
     seeds: list[int]
@@ -178,6 +155,7 @@ def run_adaptation(
     strategies: Sequence[str],
     library: Sequence[str],
     also: Sequence[str],
+    hindsight: Hindsight,
     processes: int,
 ) -> Adaptation:
     """Run every strategy and every constant policy over the same orders."""
@@ -192,10 +170,6 @@ def run_adaptation(
     courses = run_strategies(context, shifts, strategies, processes, "adaptation: strategies")
     for name, own in courses.items():
         figures[name] = np.array([course.figures for course in own])
-    spare = [
-        own for s in seeds for own in shifts_of(s, "hindsight", people, SHIFTS_TO_JUDGE, tasks)
-    ]
-    hindsight = best_in_hindsight(context, library, spare, processes)
     figures[ORACLE] = _oracle(figures, hindsight.best, len(seeds), people, tasks)
     return Adaptation(list(seeds), shifts, list(library), list(also), hindsight, figures, courses)
 
@@ -233,7 +207,8 @@ class Convergence:
     """New people, each met again and again by a robot that knows nobody yet.
 
     shifts: [worker][repeat]. rewards: by strategy, (n_workers, n_repeats, n_tasks); BEST is the
-    best constant policy for that worker. chosen: (n_workers, n_repeats, n_tasks) ABPS chose it.
+    best constant policy for that worker, BASE the one that ABPS begins with. chosen: (n_workers,
+    n_repeats, n_tasks) whether ABPS chose the best one.
     """
 
     shifts: list[list[Shift]]
@@ -247,22 +222,39 @@ def run_convergence(
     seeds: Sequence[int],
     repeats: int,
     tasks: int,
-    library: Sequence[str],
+    hindsight: Hindsight,
     processes: int,
 ) -> Convergence:
-    """Run ABPS and the best policy in hindsight with every worker; a worker a seed."""
-    spare = [shifts_of(s, "apart", 1, 2 * SHIFTS_TO_JUDGE, tasks)[0] for s in seeds]
-    hindsight = best_in_hindsight(context, library, spare, processes)
+    """Run ABPS, the best policy in hindsight and the base with every worker; a worker a seed."""
     shifts = [shifts_of(s, "convergence", 1, repeats, tasks)[0] for s in seeds]
+    base = context.strategies[ABPS].library.base
     jobs = [
         Job(name, (shift,))
         for best, own in zip(hindsight.best, shifts, strict=True)
         for shift in own
-        for name in (ABPS, best)
+        for name in (ABPS, best, base)
     ]
     done = run(context, jobs, processes, "convergence")
     table = np.array([course.figures[:, 0] for course in done])
-    table = table.reshape(len(shifts), repeats, 2, tasks)
-    chosen = np.array([course.policies for course in done]).reshape(table.shape)
-    rewards = {ABPS: table[:, :, 0], BEST: table[:, :, 1]}
-    return Convergence(shifts, hindsight, rewards, chosen[:, :, 0] == chosen[:, :, 1])
+    table = table.reshape(len(shifts), repeats, 3, tasks)
+    policies = np.array([course.policies for course in done]).reshape(table.shape)
+    rewards = {name: table[:, :, place] for place, name in enumerate((ABPS, BEST, BASE))}
+    return Convergence(shifts, hindsight, rewards, policies[:, :, 0] == policies[:, :, 1])
+
+
+def judge_everybody(
+    context: Context,
+    orders: Sequence[int],
+    people: int,
+    workers: Sequence[int],
+    tasks: int,
+    library: Sequence[str],
+    processes: int,
+) -> tuple[Hindsight, Hindsight]:
+    """Return the best policies for the people of the orders, and for those of the convergence."""
+    spare = [o for s in orders for o in shifts_of(s, "hindsight", people, SHIFTS_TO_JUDGE, tasks)]
+    count = len(spare)
+    spare += [shifts_of(s, "apart", 1, SHIFTS_TO_JUDGE, tasks)[0] for s in workers]
+    persons = [own[0].person for own in spare]
+    found = best_in_hindsight(library, persons, judge_in(context, library, spare, processes))
+    return found.part(0, count), found.part(count, len(spare))

@@ -9,7 +9,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from fabric_sim.experiments.long_term_ablation import AblationResult, ablation_lines
-from fabric_sim.experiments.long_term_run import ABPS, BEST, ORACLE, Adaptation, Convergence
+from fabric_sim.experiments.long_term_run import ABPS, BASE, BEST, ORACLE, Adaptation, Convergence
 from fabric_sim.experiments.long_term_shifts import MEASURES
 from fabric_sim.experiments.long_term_stats import (
     AIM,
@@ -126,14 +126,17 @@ def _test(c: Comparison) -> list[str]:
 def convergence_table(study: Study) -> list[list[str]]:
     """Return the moving regret of some tasks, header first."""
     found, best = approach(study.convergence), study.convergence.rewards[BEST].mean()
-    table = [["task", "regret, points", "share of the best", "95 % interval", "best one chosen"]]
+    base = approach(study.convergence, BASE).share
+    header = ["task", "regret, points", "share of the best", "95 % interval"]
+    table = [[*header, "best one chosen", "share, base policy kept"]]
     shown = sorted({1, 2, AIM, 4, 5, BY_TASK, 10, 15, 20, len(found.share)})
     for task in (task for task in shown if task <= len(found.share)):
         i = task - 1
         chosen = float(study.convergence.chosen[:, :, i].mean())
         spread = f"{percent(found.low[i])} to {percent(found.high[i])}"
         share = found.share[i]
-        table.append([str(task), f"{share * best:.2f}", percent(share), spread, percent(chosen)])
+        row = [str(task), f"{share * best:.2f}", percent(share), spread]
+        table.append([*row, percent(chosen), percent(base[i])])
     return table
 
 
