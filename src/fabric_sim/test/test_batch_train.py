@@ -15,7 +15,7 @@ import pytest
 from training_helpers import POLICIES, words, write_library
 
 from fabric_abps import Job, Library, LibraryError, TrainedModels
-from fabric_sim import batch_train, batch_train_work
+from fabric_sim import batch_library, batch_train, batch_train_work
 from fabric_sim.batch_train import measure, train_models
 from fabric_sim.batch_train_folder import check_replaceable, replace_folder
 from fabric_sim.batch_train_people import Recipe, Trainer, code_fingerprint, known_types
@@ -202,6 +202,49 @@ def test_a_bad_library_is_refused_and_nothing_is_overwritten(tmp_path, capsys, d
         assert batch_train.main(words(tmp_path, library=library)) == 2
         assert str(index) in capsys.readouterr().err
     assert {path.name: path.read_bytes() for path in index.parent.iterdir()} == before
+
+
+@pytest.fixture
+def builds(monkeypatch) -> list:
+    """The plans that were built, each in the time that it takes to copy two models."""
+    plans = []
+
+    def build(plan, folder, map_jobs, progress) -> Library:
+        plans.append(plan)
+        progress(plan.steps, plan.steps)
+        return write_library(folder.parent, plan.scenario, folder.name)
+
+    monkeypatch.setattr(batch_library, "build", build)
+    return plans
+
+
+def test_a_new_library_takes_the_place_of_the_old_one(tmp_path, builds) -> None:
+    write_library(tmp_path)
+    (tmp_path / "inspection/of_before.md").write_text("a card")
+    assert batch_train.main(words(tmp_path, library="new", policies=7, tasks=2, seed=103)) == 0
+    assert [(plan.scenario, plan.seed, plan.size) for plan in builds] == [("inspection", 103, 7)]
+    library = Library.load(tmp_path / "inspection", "inspection")
+    TrainedModels.load(tmp_path / "inspection/models.npz").check(library)
+    assert not (tmp_path / "inspection/of_before.md").exists()
+    assert [path.name for path in tmp_path.iterdir()] == ["inspection"]
+
+
+def test_the_first_stage_is_not_run_again_after_a_kill_in_the_second(
+    tmp_path, builds, monkeypatch
+) -> None:
+    old = write_library(tmp_path)
+
+    def killed(*rest, **words) -> None:
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr(batch_train, "train_models", killed)
+        assert batch_train.main(words(tmp_path, library="new", tasks=2)) == 130
+    assert Library.load(tmp_path / "inspection", "inspection").hash == old.hash
+    assert not (tmp_path / "inspection/models.npz").exists()
+    assert batch_train.main(words(tmp_path, library="new", tasks=2)) == 0
+    assert len(builds) == 1
+    assert (tmp_path / "inspection/models.npz").exists()
 
 
 def test_a_folder_that_is_no_library_is_never_replaced(tmp_path) -> None:

@@ -14,20 +14,19 @@ from fabric_sim.batch_loop import Files
 POLICIES = ("reactive", "none")
 
 
-def write_library(root: Path, scenario: str = "inspection") -> Library:
-    """A library of two policies in root/scenario."""
-    files, folder = Files(), root / scenario
+def write_library(root: Path, scenario: str = "inspection", name: str = "") -> Library:
+    """A library of two policies in root/scenario, or under another name."""
+    files, folder = Files(), root / (name or scenario)
     folder.mkdir(parents=True)
     entries = []
-    for name in POLICIES:
-        source = files.model(name, scenario)
-        shutil.copy(source, folder / f"{name}.pomdpx")
-        shutil.copy(source.with_suffix(".obs.yaml"), folder / f"{name}.obs.yaml")
+    for policy in POLICIES:
+        source = files.model(policy, scenario)
+        shutil.copy(source, folder / f"{policy}.pomdpx")
+        shutil.copy(source.with_suffix(".obs.yaml"), folder / f"{policy}.obs.yaml")
         solved = fp.solve(fp.load(source), work=1e6).lower
-        fp.save_policy(solved, fp.load(source), folder / f"{name}.policy")
-        entries.append(
-            {"name": name, "model": f"{name}.pomdpx", "solved": f"{name}.policy", "about": name}
-        )
+        fp.save_policy(solved, fp.load(source), folder / f"{policy}.policy")
+        files = {"model": f"{policy}.pomdpx", "solved": f"{policy}.policy"}
+        entries.append({"name": policy, "about": policy, **files})
     write_index(folder / "library.yaml", scenario, POLICIES[0], entries)
     return Library.load(folder, scenario)
 

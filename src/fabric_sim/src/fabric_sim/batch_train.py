@@ -27,6 +27,7 @@ from tqdm import tqdm
 from fabric_abps import Library, ModelsError, TrainedModels, train
 from fabric_abps.library import INDEX
 from fabric_abps.train import SESSION, MapJobs, jobs_of
+from fabric_sim import batch_library
 from fabric_sim.batch_loop import Files
 from fabric_sim.batch_train_dask import cluster
 from fabric_sim.batch_train_folder import MODELS, check_replaceable, replace_folder
@@ -178,12 +179,10 @@ class Order:
 
 def _build(order: Order, map_jobs: MapJobs) -> Library:
     """The first stage, unless it was finished before."""
-    from fabric_sim import batch_library
-
     if (order.fresh / INDEX).is_file():
         return Library.load(order.fresh, order.scenario)
     plan = batch_library.Plan(order.scenario, order.seed, size=order.policies)
-    with tqdm(total=len(plan.names), unit="candidate") as bar:
+    with tqdm(total=plan.steps, unit="candidate") as bar:
         return batch_library.build(plan, order.fresh, map_jobs, _showing(bar))
 
 
