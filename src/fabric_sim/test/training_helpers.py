@@ -25,8 +25,8 @@ def write_library(root: Path, scenario: str = "inspection", name: str = "") -> L
         shutil.copy(source.with_suffix(".obs.yaml"), folder / f"{policy}.obs.yaml")
         solved = fp.solve(fp.load(source), work=1e6).lower
         fp.save_policy(solved, fp.load(source), folder / f"{policy}.policy")
-        files = {"model": f"{policy}.pomdpx", "solved": f"{policy}.policy"}
-        entries.append({"name": policy, "about": policy, **files})
+        named = {"model": f"{policy}.pomdpx", "solved": f"{policy}.policy"}
+        entries.append({"name": policy, "about": policy, **named})
     write_index(folder / "library.yaml", scenario, POLICIES[0], entries)
     return Library.load(folder, scenario)
 
