@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-import os
+import socket
 import subprocess
 import sys
 import threading
@@ -16,7 +16,6 @@ import pytest
 import rospy
 
 from fabric_abps import Job, Library, SelectorParameters, train
-from fabric_bringup import ports
 from fabric_msgs.msg import Observation, PolicyChoice, TaskEvent, TypeBelief
 from fabric_msgs.srv import ResetTypes, SelectPolicy
 
@@ -54,13 +53,17 @@ def folder(tmp_path_factory) -> Path:
 @pytest.fixture(scope="module")
 def master(folder: Path) -> Iterator[str]:
     """Address of a ROS master that this process is a node of."""
-    port = ports.choose()
+    with socket.socket() as free:
+        free.bind(("", 0))
+        port = free.getsockname()[1]
     environment = {
         "ROS_MASTER_URI": f"http://localhost:{port}",
         "ROS_HOSTNAME": "localhost",
         "ROS_LOG_DIR": str(folder / "log"),
     }
-    os.environ.update(environment)
+    patch = pytest.MonkeyPatch()
+    for name, value in environment.items():
+        patch.setenv(name, value)
     core = subprocess.Popen(["roscore", "-p", str(port)], stdout=subprocess.PIPE, text=True)
     assert core.stdout is not None
     assert any("started core service" in line for line in core.stdout)
@@ -69,6 +72,7 @@ def master(folder: Path) -> Iterator[str]:
     rospy.signal_shutdown("the test is over")
     core.terminate()
     core.communicate(timeout=DEADLINE)
+    patch.undo()
 
 
 class Robot(rospy.SubscribeListener):

@@ -3,7 +3,7 @@
 
 import numpy as np
 import pytest
-from conftest import CODES, EMISSION, POLICIES, TYPES, UTILITY, run_job, run_task
+from conftest import POLICIES, TYPES, UTILITY, run_job, run_task
 
 from fabric_abps import (
     ModelsError,
