@@ -3,6 +3,7 @@
 
 import csv
 import json
+from dataclasses import replace
 from shutil import copyfile
 
 import numpy as np
@@ -14,7 +15,7 @@ from fabric_msgs.msg import Decision, Observation
 from fabric_sim.batch_files import Files
 from fabric_sim.character import CORNERS
 from fabric_sim.experiments import command, long_term
-from fabric_sim.experiments.long_term_ablation import Training
+from fabric_sim.experiments.long_term_ablation import Training, parameter_variants
 from fabric_sim.experiments.long_term_deciders import Prepared, PreparedDecider
 from fabric_sim.experiments.long_term_hindsight import SHIFTS_TO_JUDGE, best_in_hindsight
 from fabric_sim.experiments.long_term_run import ABPS, Context
@@ -184,6 +185,25 @@ def test_models_of_an_original_layout_run_by_its_map(tmp_path):
         assert world.robots[str(path)].map_path.name == f"original_{symbols}.obs.yaml"
         course = world.constant(Shift(unknown_person(SEED), SEED, 1), Policy("outside", path, ""))
         assert np.isfinite(course.figures).all()
+
+
+def test_the_map_of_original_reactive_models_names_their_states():
+    states = ["TaskHuman", "GlobalSuccess", "HumanNeedsHelp", "WarningReceived", "TaskRobot",
+              "GlobalFail"]  # fmt: skip
+    path = FILES.share("fabric_planner") / "config/original_6.obs.yaml"
+    rules = fp.ObservationMap.load(str(path), states)
+    late = Observation(detected=True, idle=True, subtask_elapsed=15.0)
+    assert states[rules.symbol(late, 0)] == "HumanNeedsHelp"
+    assert states[rules.symbol(Observation(detected=True, idle=True), 0)] == "TaskHuman"
+    assert states[rules.symbol(Observation(detected=True, warning=True), 2)] == "WarningReceived"
+
+
+def test_only_parameters_that_differ_from_the_shipped_ones_are_ablated(base):
+    labels = [variant.label for variant in parameter_variants(base)]
+    assert "between tasks only" not in labels
+    assert "nothing" in labels
+    inside = replace(base, parameters=replace(base.parameters, switch_inside=True))
+    assert "between tasks only" in [variant.label for variant in parameter_variants(inside)]
 
 
 def test_models_from_outside_are_used_or_refused_by_name(context, tmp_path):

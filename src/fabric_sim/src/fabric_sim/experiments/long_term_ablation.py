@@ -34,7 +34,8 @@ PARAMETERS: tuple[tuple[str, str, dict[str, Any]], ...] = (
     ("forgetting", ".10 a task, no change detection", {"forgetting": 0.1, "change_rate": 0.0}),
     ("forgetting", "change detection only", {"forgetting": 0.0, "change_rate": 0.01}),
     ("switching", "between tasks only", {"switch_inside": False}),
-    ("switching", "inside a task too", {"switch_inside": True}),
+    ("switching", "inside too, for .5 points", {"switch_inside": True, "switch_margin": 0.5}),
+    ("switching", "inside too, for .1 points", {"switch_inside": True, "switch_margin": 0.1}),
 )
 TYPES = (4, 8, 16, 32)
 SIZES = (5, 10, 20, 40)
@@ -70,15 +71,14 @@ class AblationLine:
 
 
 def parameter_variants(base: Strategy) -> list[Variant]:
-    """Return ABPS with other parameters."""
-    return [
-        Variant(
-            group,
-            label,
-            replace(base, name=f"{group}: {label}", parameters=replace(base.parameters, **changed)),
-        )
-        for group, label, changed in PARAMETERS
-    ]
+    """Return ABPS with other parameters; what says the same as the shipped ones is left out."""
+    variants = []
+    for group, label, changed in PARAMETERS:
+        parameters = replace(base.parameters, **changed)
+        if parameters != base.parameters:
+            strategy = replace(base, name=f"{group}: {label}", parameters=parameters)
+            variants.append(Variant(group, label, strategy))
+    return variants
 
 
 class Training:

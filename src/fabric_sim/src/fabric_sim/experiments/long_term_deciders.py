@@ -21,7 +21,7 @@ from fabric_sim.batch_files import SOLVER_GAP, SOLVER_TIME, SOLVER_WORK
 from fabric_sim.truth import Truth
 
 #: Maps for models of the original layouts that have none beside them, by number of observations.
-ORIGINAL_MAPS = {12: "original_12.obs.yaml", 14: "original_14.obs.yaml"}
+ORIGINAL_MAPS = {number: f"original_{number}.obs.yaml" for number in (6, 12, 14)}
 _ACTIONS = {name.lower(): getattr(Decision, name) for name in
             ("IDLE", "PLANNING", "POINT", "GRASP", "CANCEL")}  # fmt: skip
 
