@@ -10,13 +10,13 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-import rosbag
 import rospkg
 import rospy
 
 from fabric_msgs.msg import Decision, Observation
 from fabric_msgs.srv import SetModel
-from fabric_planner.replay import Recording, ReplayError, Step, from_messages, read_csv
+from fabric_planner.replay import Recording, ReplayError, Step, read_csv
+from fabric_planner.replay_bag import read_bag
 from fabric_planner.replay_report import (
     Outcome,
     describe,
@@ -92,22 +92,6 @@ class Replay:
 def read(path: Path) -> Recording:
     """A CSV file or one of our own bags."""
     return read_bag(path) if path.suffix == ".bag" else read_csv(path)
-
-
-def read_bag(path: Path) -> Recording:
-    """The topics observation and decision of a bag, in whatever namespace they were."""
-    found: dict[str, list] = {"observation": [], "decision": [], "task/state": [], "model_info": []}
-    try:
-        with rosbag.Bag(str(path)) as bag:
-            for topic, message, _ in bag.read_messages():
-                for name, messages in found.items():
-                    if topic == name or topic.endswith("/" + name):
-                        messages.append(message)
-    except (OSError, rosbag.ROSBagException) as error:
-        raise ReplayError(f"{path}: cannot be read as a bag: {error}") from error
-    scenario = next((state.scenario for state in found["task/state"] if state.scenario), "sorting")
-    robot = found["model_info"][-1].name if found["model_info"] else "unknown"
-    return from_messages(path.stem, found["observation"], found["decision"], scenario, robot)
 
 
 def model_of(policy: str, scenario: str, start_dir: Path) -> str:

@@ -57,6 +57,7 @@ class Step:
     recorded: str | None = None  # the robot's decision on it; None when it gave none
     in_force: str | None = None  # the robot's last decision up to and including this step
     subtask: int = 0  # number of the subtask it belongs to, from 1; a placement ends one
+    seen: bool = True  # the person was looked at; False for a tray's report, the person as before
 
     @property
     def placement(self) -> bool:
@@ -235,6 +236,7 @@ class _Converter:
         flag = _placement(status, who)
         if not self._belongs_to_newest(t, status, who):
             self._append(t, self._copy_of_newest())
+            self.steps[-1].seen = False
             self._clock.see(t, self.steps[-1].observation)
         observation = self.steps[-1].observation
         setattr(observation, flag, True)
@@ -338,6 +340,7 @@ def _placement(status: str, who: str) -> str:
         ("success", "robot"): "robot_success",
         ("robot succeeded", "robot"): "robot_success",
         ("fail", "robot"): "robot_failure",
+        ("robot failed", "robot"): "robot_failure",
     }
     if who not in ("human", "robot"):
         raise ReplayError(f"column 'who': '{who}' is neither human nor robot")
