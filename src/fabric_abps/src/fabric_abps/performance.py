@@ -69,6 +69,31 @@ class PerformanceModel:
         variance = np.array([[pair.var(ddof=1) for pair in row] for row in rows])
         return cls(count, mean, variance, variance_floor, predictive)
 
+    def shrunk(self) -> "PerformanceModel":
+        """The same with posterior means (empirical Bayes) in place of the sample means.
+
+        The tasks of a pair tell its mean with a standard error s / sqrt(n) that is easily as large
+        as what policies differ by, and the best of many noisy means is mostly luck. A pair's mean
+        is taken as type + policy + their interaction, where interactions vary by a variance that is
+        estimated from how much more the table scatters than the errors explain; each interaction
+        then keeps the share of itself that is not expected to be error.
+        """
+        error = self.deviation**2 / self.count
+        additive = (
+            self.mean.mean(axis=1, keepdims=True)
+            + self.mean.mean(axis=0, keepdims=True)
+            - self.mean.mean()
+        )
+        interaction = self.mean - additive
+        n_types, n_policies = self.mean.shape
+        free = (n_types - 1) * (n_policies - 1)
+        scatter = (interaction**2).sum() / free if free else 0.0
+        variance = max(0.0, scatter - error.mean())
+        mean = additive + interaction * variance / (variance + error)
+        return PerformanceModel(
+            self.count, mean, self.variance, self.variance_floor, self.predictive
+        )
+
     @property
     def deviation(self) -> NDArray:
         """Standard deviation s with the floor applied, (n_types, n_policies) points."""
