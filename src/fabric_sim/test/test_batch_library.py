@@ -59,8 +59,8 @@ def test_the_library_has_its_size_the_baselines_first_and_a_folder_that_loads(bu
 
 
 def test_progress_is_told_after_each_look_at_a_candidate(built) -> None:
-    total = len(PLAN.names) + PLAN.short
-    assert built[2] == [(done, total) for done in range(1, total + 1)]
+    assert PLAN.steps == len(PLAN.names) + PLAN.short
+    assert built[2] == [(done, PLAN.steps) for done in range(1, PLAN.steps + 1)]
 
 
 def test_the_same_seed_gives_the_same_files_however_the_work_is_spread(built, tmp_path) -> None:

@@ -36,7 +36,7 @@ from fabric_sim.batch_files import Files
 MapJobs = Callable[[Callable[[Any], Any], Iterable[Any]], Iterable[Any]]
 Progress = Callable[[int, int], None]
 ALWAYS = (BASE, "reactive")  # the baselines, in every library
-TASKS = {"inspection": (6, 24), "sorting": (2, 6)}  # of a person with a candidate, first and second
+TASKS = {"inspection": (6, 20), "sorting": (2, 5)}  # of a person with a candidate, first and second
 
 
 @dataclass(frozen=True)
@@ -45,8 +45,8 @@ class Plan:
 
     scenario: str
     seed: int
-    candidates: int = 120  # drawn, beside the written ones
-    people: int = 48  # random points of the character cube
+    candidates: int = 90  # drawn, beside the written ones
+    people: int = 32  # random points of the character cube
     first: int = 0  # tasks of each person with each candidate; 0 as TASKS says
     second: int = 0  # tasks of each person with each candidate on the short list; 0 likewise
     size: int = 20  # of the library
@@ -74,6 +74,11 @@ class Plan:
         """Length of the short list."""
         return min(2 * self.size, len(self.names))
 
+    @property
+    def steps(self) -> int:
+        """What `progress` of `build` counts to: looks at candidates, first and second."""
+        return len(self.names) + self.short
+
 
 def build(
     plan: Plan, folder: Path, map_jobs: MapJobs = map, progress: Progress | None = None
@@ -85,7 +90,7 @@ def build(
     very end only. Raises ValueError.
     """
     work = folder.with_name(f".{folder.name}.work")
-    bench = _Bench(work / _fingerprint(plan), map_jobs, progress, len(plan.names) + plan.short)
+    bench = _Bench(work / _fingerprint(plan), map_jobs, progress, plan.steps)
     people = np.array(People(plan.seed, plan.people).dials)
     first = bench.run("first", plan.names, partial(first_look, plan))
     short = _pick(shortlist, first, people, plan.short)
@@ -199,7 +204,7 @@ def main(words: Sequence[str] | None = None) -> int:
     given = vars(parser.parse_args(words))
     folder, jobs = given.pop("folder"), given.pop("jobs")
     plan = Plan(**given)
-    with tqdm(total=len(plan.names) + plan.short, unit="candidate") as bar:
+    with tqdm(total=plan.steps, unit="candidate") as bar:
         library = build(plan, folder, spread(jobs), lambda done, _: bar.update(done - bar.n))
     print(f"library  {folder}: {', '.join(library.names)}")
     return 0
