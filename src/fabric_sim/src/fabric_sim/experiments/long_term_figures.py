@@ -28,6 +28,7 @@ COLOURS = {ABPS: "#0072B2", "best": "#D55E00", ORACLE: "#009E73", "random": "#77
 OCCUPATIONS = ("evaluating", "no attention", "tired, or on a break", "failed to grasp", "warning")
 STATE_COLOURS = ("#0072B2", "#E69F00", "#CC79A7", "#D55E00", "#000000")
 COURSE_WINDOW = 10  # tasks, of the moving means of Fig. 5.3 and 5.4
+FAR = -1.0  # points; what lies further off is written in figures
 
 
 def convergence_figure(study: Study) -> str:
@@ -194,29 +195,35 @@ def _draw_people(panel: plt.Axes, found: Adaptation) -> None:
     ends = [min(possible.min(), gained.min()), max(possible.max(), gained.max())]
     panel.plot(ends, ends, color="black", linewidth=0.6, linestyle="--")
     panel.axhline(0.0, color="black", linewidth=0.6)
-    panel.set_title("(f) a dot a person: points above the best constant")
+    panel.set_title("(f) a dot a person: points gained")
     panel.set_xlabel("oracle")
     panel.set_ylabel("ABPS")
 
 
 def strategies_figure(study: Study) -> str:
-    """Return the mean reward of every strategy with its 95 % interval over orders."""
-    found = study.adaptation
-    names = sorted(ranking(found), key=lambda name: found.per_order(name, "reward").mean())
+    """Return what every strategy earns more or less than the best constant, with 95 % intervals."""
+    found, best = study.adaptation, study.adaptation.best_constant()
+    base = found.per_order(best, "reward")
+    names = sorted(ranking(found), key=lambda name: -found.per_order(name, "reward").mean())
     with plt.rc_context(STYLE):
         height = 1.0 + 0.22 * len(names)
         figure, panel = plt.subplots(figsize=(9.0, height), layout="constrained")
         for row, name in enumerate(names):
-            mean = mean_of(found.per_order(name, "reward"))
-            error = (mean.high - mean.low) / 2.0
-            panel.barh(row, mean.value, xerr=error, color=_bar_colour(found, name), capsize=2)
+            gained = mean_of(found.per_order(name, "reward") - base)
+            colour, half = _colour(found, name), (gained.high - gained.low) / 2.0
+            if gained.value < FAR:
+                panel.text(FAR, row, f"{gained.value:+.2f} ", color=colour, va="center")
+            else:
+                panel.errorbar(gained.value, row, xerr=half, fmt="o", color=colour, capsize=3)
         panel.set_yticks(range(len(names)), [study.title(name) for name in names])
-        panel.set_ylim(-0.6, len(names) - 0.4)
-        panel.set_xlabel("reward per task")
+        panel.set_ylim(len(names) - 0.5, -0.5)
+        panel.set_xlim(left=FAR)
+        panel.axvline(0.0, color="black", linewidth=0.6)
+        panel.set_xlabel(f"points a task, minus the best constant ({best}), paired by order")
         return svg_of(figure)
 
 
-def _bar_colour(found: Adaptation, name: str) -> str:
+def _colour(found: Adaptation, name: str) -> str:
     if name in (ABPS, ORACLE):
         return COLOURS[name]
     if name == found.best_constant():

@@ -91,8 +91,9 @@ CAPTIONS: dict[Callable[[Study], str], str] = {
     "the first, from the moment they take over. (f): above the solid line ABPS did better than the "
     "best constant with that person; on the dashed one as well as the oracle.",
     order_figure: "After Fig. 5.3: the first order, person after person.",
-    strategies_figure: "Every strategy: reward per task with its 95 % interval over orders. Grey: "
-    "constant policies of the library; light blue: other ways to choose; pink: from outside.",
+    strategies_figure: "Every strategy against the best constant, which is 0, with 95 % intervals. "
+    "Grey: constant policies of the library; light blue: other ways to choose; pink: from outside. "
+    "Figures stand for what lies far off to the left.",
     choices_figure: "What ABPS chose, and what would have been best.",
 }
 
