@@ -16,6 +16,7 @@ from training_helpers import POLICIES, words, write_library
 
 from fabric_abps import Job, Library, LibraryError, TrainedModels
 from fabric_sim import batch_library, batch_train, batch_train_work
+from fabric_sim.batch_loop import Files
 from fabric_sim.batch_train import measure, train_models
 from fabric_sim.batch_train_folder import check_replaceable, replace_folder
 from fabric_sim.batch_train_people import Recipe, Trainer, code_fingerprint, known_types
@@ -89,9 +90,10 @@ def test_sets_of_known_types_lie_within_each_other() -> None:
         known_types(5)
 
 
-def test_any_list_of_characters_can_be_the_known_types(library) -> None:
-    models = train_models(library, PEOPLE, tasks=3, seed=101)
-    assert models.types == PEOPLE
+def test_any_characters_and_worker_files_can_be_the_known_types(library) -> None:
+    types = (*PEOPLE, str(Files().share("fabric_sim") / "models/example_worker.pomdpx"))
+    models = train_models(library, types, tasks=3, seed=101)
+    assert models.types == types
     assert (models.performance.count == 3).all()
 
 

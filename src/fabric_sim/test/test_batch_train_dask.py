@@ -39,6 +39,7 @@ class Cluster:
 
     def __init__(self, stack: ExitStack, folder: Path) -> None:
         self._stack, self._folder = stack, folder
+        self._processes: list[subprocess.Popen] = []
         port = free_port()
         self.address = f"127.0.0.1:{port}"
         self._start("scheduler", "--host", "127.0.0.1", "--port", str(port), "--no-dashboard")
@@ -53,7 +54,13 @@ class Cluster:
         log = self._stack.enter_context((self._folder / f"{what}.log").open("a"))
         process = subprocess.Popen(command, stdout=log, stderr=log, cwd=self._folder)
         self._stack.callback(self._stop, process)
+        self._processes.append(process)
         return process
+
+    def stop_all(self) -> None:
+        """Stop scheduler and workers at once."""
+        for process in self._processes:
+            self._stop(process)
 
     def _stop(self, process: subprocess.Popen) -> None:
         process.terminate()
@@ -125,3 +132,12 @@ def test_a_scheduler_without_workers_is_refused(workers) -> None:
     with pytest.raises(SchedulerError, match=f"{workers.address} has no worker"):
         with cluster(workers.address):
             pass
+
+
+def test_a_scheduler_that_goes_away_is_named(workers) -> None:
+    workers.add_worker()
+    wait_for_workers(workers.address, 1)
+    with pytest.raises(SchedulerError, match=f"{workers.address} lost the work"):
+        with cluster(workers.address) as map_jobs:
+            for _ in map_jobs(str, list(range(200))):
+                workers.stop_all()

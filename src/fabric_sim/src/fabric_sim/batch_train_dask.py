@@ -47,15 +47,30 @@ def cluster(address: str) -> Iterator[MapJobs]:
         futures = [client.submit(_apply, held, item, pure=False) for item in items]
         try:
             for future in futures:
-                yield future.result()
+                yield _result(future, address)
                 future.release()
         finally:
-            client.cancel(futures)
+            with suppress(Exception):  # as in _close
+                client.cancel(futures)
 
     try:
         yield map_jobs
     finally:
         _close(client)
+
+
+def _result(future: Any, address: str) -> Any:
+    from distributed import CancelledError
+    from distributed.comm import CommClosedError
+    from distributed.scheduler import KilledWorker
+
+    try:
+        return future.result()
+    except (CancelledError, CommClosedError, KilledWorker) as error:
+        raise SchedulerError(
+            f"scheduler {address} lost the work ({type(error).__name__}); the same words go on "
+            "from here"
+        ) from error
 
 
 def _client(address: str) -> Any:
