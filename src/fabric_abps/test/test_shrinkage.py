@@ -13,10 +13,10 @@ def model_of(mean, variance: float, count: int) -> PerformanceModel:
 
 
 def test_interactions_keep_their_share_worked_by_hand() -> None:
-    # type and policy means are all 2: additive part 2, interactions +-1
-    # scatter 4 * 1 / 1 = 4, error 1 / 4: variance 3.75, share 3.75 / 4
+    # type and policy parts are 2 in sum, interactions +-1, error 1 / 4
+    # variance 1 * 2 / (2 - 1) - 1 / 4 = 1.75, share 1.75 / (1.75 + .25)
     model = model_of([[3.0, 1.0], [1.0, 3.0]], variance=1.0, count=4).shrunk()
-    assert model.mean == pytest.approx(2.0 + 0.9375 * np.array([[1.0, -1.0], [-1.0, 1.0]]))
+    assert model.mean == pytest.approx(2.0 + 0.875 * np.array([[1.0, -1.0], [-1.0, 1.0]]))
     assert (model.variance == 1.0).all()
 
 
@@ -37,15 +37,18 @@ def test_a_single_type_or_policy_has_no_interactions() -> None:
     )
 
 
-def test_posterior_means_are_nearer_to_the_truth_and_their_best_policy_is_better() -> None:
+@pytest.mark.parametrize("wild", [0, 2])
+def test_posterior_means_are_nearer_to_the_truth_and_their_best_policy_is_better(wild) -> None:
+    """Also when some policies are wild: they must not make the others look as if they were."""
     rng = np.random.default_rng(7)
     wrong, missed = np.zeros(2), np.zeros(2)
     for _ in range(40):
         truth = rng.normal(0, 1, (16, 1)) + rng.normal(0, 0.15, 20) + rng.normal(0, 0.15, (16, 20))
+        truth[:, :wild] += rng.normal(-4.0, 3.0, (16, wild))
         sample = model_of(rng.normal(truth, 2.0 / np.sqrt(60)), 4.0, 60)
         for i, model in enumerate((sample, sample.shrunk())):
             wrong[i] += ((model.mean - truth) ** 2).mean()
             chosen = truth[np.arange(16), model.mean.argmax(axis=1)]
             missed[i] += (truth.max(axis=1) - chosen).mean()
-    assert wrong[1] < 0.5 * wrong[0]
+    assert wrong[1] < 0.6 * wrong[0]
     assert missed[1] < 0.9 * missed[0]

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import gammaln, ndtr, stdtr
 
+SWEEPS = 60  # of estimating posterior means; they stand still long before
 PREDICTIVES = ("student", "normal")
 
 
@@ -74,22 +75,23 @@ class PerformanceModel:
 
         The tasks of a pair tell its mean with a standard error s / sqrt(n) that is easily as large
         as what policies differ by, and the best of many noisy means is mostly luck. A pair's mean
-        is taken as type + policy + their interaction, where interactions vary by a variance that is
-        estimated from how much more the table scatters than the errors explain; each interaction
-        then keeps the share of itself that is not expected to be error.
+        is taken as type + policy + their interaction, whose variance each policy has of its own:
+        a policy that suits some and angers others keeps what is particular about it, one that does
+        much the same as the rest is judged by all types together. The parts are weighted by their
+        precision; each interaction keeps the share of itself that is not expected to be error.
         """
+        n_types = len(self.mean)
         error = self.deviation**2 / self.count
-        additive = (
-            self.mean.mean(axis=1, keepdims=True)
-            + self.mean.mean(axis=0, keepdims=True)
-            - self.mean.mean()
-        )
-        interaction = self.mean - additive
-        n_types, n_policies = self.mean.shape
-        free = (n_types - 1) * (n_policies - 1)
-        scatter = (interaction**2).sum() / free if free else 0.0
-        variance = max(0.0, scatter - error.mean())
-        mean = additive + interaction * variance / (variance + error)
+        of_type, of_policy = self.mean.mean(axis=1, keepdims=True), np.zeros(self.mean.shape[1])
+        variance = np.zeros(self.mean.shape[1])  # of the interactions of each policy, points^2
+        for _ in range(SWEEPS):
+            weight = 1.0 / (variance + error)
+            of_type = np.average(self.mean - of_policy, axis=1, weights=weight)[:, None]
+            of_policy = np.average(self.mean - of_type, axis=0, weights=weight)
+            interaction = self.mean - of_type - of_policy
+            scatter = interaction**2 * n_types / max(n_types - 1, 1) - error
+            variance = np.maximum(0.0, np.average(scatter, axis=0, weights=weight**2))
+        mean = of_type + of_policy + interaction * variance / (variance + error)
         return PerformanceModel(
             self.count, mean, self.variance, self.variance_floor, self.predictive
         )
