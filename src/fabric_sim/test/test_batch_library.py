@@ -13,7 +13,7 @@ from fabric_sim.batch_candidates import BASE, People, draw
 from fabric_sim.batch_files import Files
 from fabric_sim.batch_library import Plan, build, first_look
 
-PLAN = Plan("inspection", seed=101, candidates=4, people=3, first=1, second=1, size=4)
+PLAN = Plan("inspection", seed=101, candidates=3, children=2, people=3, first=1, second=1, size=4)
 
 
 class Killed(Exception):
@@ -59,7 +59,7 @@ def test_the_library_has_its_size_the_baselines_first_and_a_folder_that_loads(bu
 
 
 def test_progress_is_told_after_each_look_at_a_candidate(built) -> None:
-    assert PLAN.steps == len(PLAN.names) + PLAN.short
+    assert PLAN.steps == 3 + 3 + 2 + 8
     assert built[2] == [(done, PLAN.steps) for done in range(1, PLAN.steps + 1)]
 
 
@@ -83,15 +83,15 @@ def test_a_build_that_was_killed_goes_on_where_it_was(built, tmp_path, monkeypat
         build(PLAN, folder, dies)
     assert not folder.exists()
 
-    def counting(plan, name):
-        done.append(name)
-        return first_look(plan, name)
+    def counting(plan, wanted):
+        done.append(wanted)
+        return first_look(plan, wanted)
 
     monkeypatch.setattr(batch_library, "first_look", counting)
     told = []
     build(PLAN, folder, progress=lambda now, total: told.append(now))
     assert told[0] == 4
-    assert done == PLAN.names
+    assert [wanted["name"] for wanted in done] == [*PLAN.names, "child_000", "child_001"]
     assert content(folder) == content(built[1])
     assert [path.name for path in tmp_path.iterdir()] == ["inspection"]
 
@@ -106,7 +106,9 @@ def test_results_of_another_plan_are_not_taken(tmp_path) -> None:
     with pytest.raises(Killed):
         build(PLAN, folder, dies)
     told = []
-    other = Plan("inspection", seed=102, candidates=2, people=2, first=1, second=1, size=2)
+    other = Plan(
+        "inspection", seed=102, candidates=2, children=0, people=2, first=1, second=1, size=2
+    )
     build(other, folder, progress=lambda done, total: told.append(done))
     assert told[0] == 1
 
@@ -135,6 +137,17 @@ def test_candidates_differ_and_repeat_with_the_seed() -> None:
     assert draw("inspection", 102, "candidate_000")["setting"] != one["setting"]
 
 
+def test_a_child_has_each_dial_near_that_of_a_parent() -> None:
+    parents = [draw("inspection", 101, f"candidate_{number:03d}")["setting"] for number in (0, 1)]
+    child = draw("inspection", 101, "child_000", parents)
+    assert child == draw("inspection", 101, "child_000", parents)
+    setting = child["setting"]
+    assert setting["observability"] in {parent["observability"] for parent in parents}
+    for name, factor in setting["factors"].items():
+        assert any(1 / 4 < factor / parent["factors"][name] < 4 for parent in parents)
+        assert all(setting["factors"] != parent["factors"] for parent in parents)
+
+
 def test_a_written_candidate_is_taken_as_it_is() -> None:
     source = Files().model("reactive", "sorting")
     found = draw("sorting", 101, "reactive")
@@ -150,7 +163,7 @@ def test_the_second_look_meets_the_same_people_on_other_seeds() -> None:
 
 
 def test_both_looks_notice_the_same_things_of_everybody() -> None:
-    found = first_look(PLAN, "none")
+    found = first_look(PLAN, {"name": "none", "parents": []})
     again = partial(batch_library.second_look, PLAN)(found)
     assert [len(found[key]) for key in ("rewards", "notices")] == [3, 3]
     assert all(notices[1:4] == [0.0, 0.0, 0.0] for notices in found["notices"])
@@ -163,7 +176,7 @@ def test_both_looks_notice_the_same_things_of_everybody() -> None:
         ({"scenario": "cooking"}, "scenario is 'cooking', none of inspection, sorting"),
         ({"people": 0}, "people is 0; it must be a whole number >= 1"),
         ({"size": 1}, "size is 1; it must be a whole number >= 2"),
-        ({"candidates": 3, "size": 7}, "size is 7, there are 6 candidates"),
+        ({"candidates": 3, "children": 1, "size": 8}, "size is 8, there are 7 candidates"),
         ({"first": -1}, "first is -1"),
     ],
 )

@@ -7,7 +7,7 @@ exists never vanishes.
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -70,7 +70,7 @@ DIALS = (
         ("point",), ("may_be_distracted", "needs_to_be_reminded"), WORKING,
     ),
     Dial(
-        "refusal", 0.2, 5.0, "hardly fears a warning", "is wary of warnings",
+        "refusal", 0.2, 8.0, "hardly fears a warning", "is wary of warnings",
         ("grasp",), (*WORKING, *IN_TROUBLE, "does_not_need_help"), ("warning_received",),
     ),
     Dial(
@@ -82,7 +82,7 @@ DIALS = (
         HANDS_OFF, IN_TROUBLE, ("global_fail",),
     ),
     Dial(
-        "ability", 0.4, 2.5, "doubts the person's skill", "trusts the person's skill",
+        "ability", 0.25, 2.5, "doubts the person's skill", "trusts the person's skill",
         HANDS_OFF, (*WORKING, "does_not_need_help"), ("global_success", "human_doing_ok"),
     ),
     Dial("trust", 0.4, 4.0, "doubts what it sees", "trusts what it sees"),
@@ -93,7 +93,8 @@ LEAST = 5e-4  # chance that a rare symbol or way keeps, whatever the dials
 JITTER = 0.25  # spread of the logarithm of each chance, at most
 CLEAR = 0.3  # how far a dial must be turned to be told of
 EXTREME = 0.7  # shape of the symmetric beta distribution of the dials: below 1 prefers the ends
-UNTURNED = 0.4  # share of the dials that a draw leaves as they are
+SPREAD = 0.3  # standard deviation of the logarithm of a dial that is handed down
+UNTURNED = 0.25  # share of the dials that a draw leaves as they are
 
 
 @dataclass(frozen=True)
@@ -140,6 +141,18 @@ class Setting:
             turned = rng.random() >= UNTURNED
             factors[dial.name] = round(float(end ** abs(place)), 3) if turned else 1.0
         observability = str(rng.choice(OBSERVABILITY, p=(4 / 6, 1 / 6, 1 / 6)))
+        jitter = round(float(rng.uniform(0.0, JITTER)), 3)
+        return cls(factors, observability, jitter, int(rng.integers(2**31)))
+
+    @classmethod
+    def child(cls, rng: np.random.Generator, parents: Sequence["Setting"]) -> "Setting":
+        """Draw one that has each dial, and the observability, near that of one of its parents."""
+        factors = {}
+        for dial in DIALS:
+            parent = parents[int(rng.integers(len(parents)))].factors[dial.name]
+            shaken = parent * math.exp(SPREAD * rng.standard_normal())
+            factors[dial.name] = round(min(max(shaken, dial.low), dial.high), 3)
+        observability = parents[int(rng.integers(len(parents)))].observability
         jitter = round(float(rng.uniform(0.0, JITTER)), 3)
         return cls(factors, observability, jitter, int(rng.integers(2**31)))
 

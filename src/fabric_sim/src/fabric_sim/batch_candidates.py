@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import shutil
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from functools import cache
@@ -57,31 +57,34 @@ class People:
         return int(rng.integers(2**31))
 
 
-def draw(scenario: str, seed: int, name: str) -> dict:
+def draw(scenario: str, seed: int, name: str, parents: Sequence[dict] = ()) -> dict:
     """Name, setting (None when written by hand) and files of a candidate, as JSON takes them.
 
-    Raises CandidateError when the model checker has something to say about every draw.
+    parents: settings, as JSON takes them, that a child is drawn between. Raises CandidateError when
+    the model checker has something to say about every draw.
     """
     source = Files().model(name if name in FIXED else BASE, scenario)
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / f"{name}.pomdpx"
         shutil.copyfile(source.with_suffix(".obs.yaml"), path.with_suffix(".obs.yaml"))
-        setting = _write_model(scenario, seed, source, path)
+        drawn = _write_model(scenario, seed, source, path, parents)
         model = fp.load(path)
         fp.save_policy(solve(model), model, path.with_suffix(".policy"))
         files = {key: path.with_suffix(end).read_text("utf-8") for key, end in SUFFIXES.items()}
-    return {"name": name, "setting": None if setting is None else asdict(setting), **files}
+    return {"name": name, "setting": None if drawn is None else asdict(drawn), **files}
 
 
-def _write_model(scenario: str, seed: int, source: Path, path: Path) -> Setting | None:
+def _write_model(
+    scenario: str, seed: int, source: Path, path: Path, parents: Sequence[dict]
+) -> Setting | None:
     if path.stem in FIXED:
         shutil.copyfile(source, path)
         return None
     base, rng = BaseModel(source), named_generator(seed, scenario, path.stem)
-    number = path.stem.rsplit("_", 1)[-1]
-    about = f"{BASE}, {scenario}, with other dials: draw {number} of seed {seed}."
+    between = [Setting(**parent) for parent in parents]
+    about = f"{BASE}, {scenario}, with other dials: {path.stem} of seed {seed}."
     for _ in range(DRAWS):
-        setting = Setting.draw(rng)
+        setting = Setting.child(rng, between) if between else Setting.draw(rng)
         path.write_text(base.text(setting, about), encoding="utf-8")
         try:
             base.check(fp.load(path), path.stem)

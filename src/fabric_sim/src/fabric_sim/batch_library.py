@@ -3,8 +3,9 @@
 
     python3 -m fabric_sim.batch_library inspection FOLDER --seed 101
 
-Candidates are drawn around the base model, checked, solved and run with random people. The weak are
-dropped, the rest run again and clustered by what they earn from whom; those are kept that differ.
+Candidates are drawn around the base model, checked, solved and run with random people; a second
+generation is drawn between the best of the first. The weak are dropped, the rest run again and
+clustered by what they earn from whom; those are kept that differ.
 The same seed gives the same files, whatever map spreads the work. What is finished is kept beside
 the folder until the library is complete, so a build that was stopped goes on where it was.
 """
@@ -32,11 +33,13 @@ from fabric_abps.diversity import choose, shortlist
 from fabric_abps.library import INDEX, Library, write_index
 from fabric_sim.batch_candidates import BASE, FIXED, People, draw, run
 from fabric_sim.batch_files import Files
+from fabric_sim.character import named_generator
 
 MapJobs = Callable[[Callable[[Any], Any], Iterable[Any]], Iterable[Any]]
 Progress = Callable[[int, int], None]
 ALWAYS = (BASE, "reactive")  # the baselines, in every library
-TASKS = {"inspection": (6, 20), "sorting": (2, 5)}  # of a person with a candidate, first and second
+TASKS = {"inspection": (6, 30), "sorting": (2, 5)}  # of a person with a candidate, first and second
+LEAST = {"candidates": 1, "children": 0, "people": 1, "first": 0, "second": 0, "size": len(ALWAYS)}
 
 
 @dataclass(frozen=True)
@@ -45,7 +48,8 @@ class Plan:
 
     scenario: str
     seed: int
-    candidates: int = 90  # drawn, beside the written ones
+    candidates: int = 60  # drawn around the base model, beside the written ones
+    children: int = 60  # drawn between those of them that are on a short list
     people: int = 32  # random points of the character cube
     first: int = 0  # tasks of each person with each candidate; 0 as TASKS says
     second: int = 0  # tasks of each person with each candidate on the short list; 0 likewise
@@ -54,30 +58,34 @@ class Plan:
     def __post_init__(self) -> None:
         if self.scenario not in TASKS:
             raise ValueError(f"scenario is {self.scenario!r}, none of {', '.join(TASKS)}")
-        for name, least in (("candidates", 1), ("people", 1), ("first", 0), ("second", 0),
-                            ("size", len(ALWAYS))):  # fmt: skip
+        for name, least in LEAST.items():
             value = getattr(self, name)
             if not isinstance(value, int) or value < least:
                 raise ValueError(f"{name} is {value!r}; it must be a whole number >= {least}")
-        if self.size > len(self.names):
-            raise ValueError(f"size is {self.size}, there are {len(self.names)} candidates")
+        if self.size > self.all:
+            raise ValueError(f"size is {self.size}, there are {self.all} candidates")
         for name, tasks in zip(("first", "second"), TASKS[self.scenario], strict=True):
             object.__setattr__(self, name, getattr(self, name) or tasks)
 
     @property
     def names(self) -> list[str]:
-        """Names of the candidates: the written ones, then the drawn ones by number."""
+        """Names of the first candidates: the written ones, then the drawn ones by number."""
         return [*FIXED, *(f"candidate_{number:03d}" for number in range(self.candidates))]
+
+    @property
+    def all(self) -> int:
+        """How many candidates there are, children and written ones included."""
+        return len(self.names) + self.children
 
     @property
     def short(self) -> int:
         """Length of the short list."""
-        return min(2 * self.size, len(self.names))
+        return min(2 * self.size, self.all)
 
     @property
     def steps(self) -> int:
         """What `progress` of `build` counts to: looks at candidates, first and second."""
-        return len(self.names) + self.short
+        return self.all + self.short
 
 
 def build(
@@ -92,7 +100,9 @@ def build(
     work = folder.with_name(f".{folder.name}.work")
     bench = _Bench(work / _fingerprint(plan), map_jobs, progress, plan.steps)
     people = np.array(People(plan.seed, plan.people).dials)
-    first = bench.run("first", plan.names, partial(first_look, plan))
+    look = partial(first_look, plan)
+    first = bench.run("first", [{"name": name, "parents": []} for name in plan.names], look)
+    first |= bench.run("first", _children(plan, first, people), look)
     short = _pick(shortlist, first, people, plan.short)
     second = bench.run("second", short, partial(second_look, plan))
     kept = _pick(choose, second, people, plan.size)
@@ -101,9 +111,21 @@ def build(
     return Library.load(folder, plan.scenario)
 
 
-def first_look(plan: Plan, name: str) -> dict:
+def _children(plan: Plan, first: dict[str, dict], people: np.ndarray) -> list[dict]:
+    """Name and parents of the second generation: any two drawn ones of the short list."""
+    able = _pick(shortlist, first, people, min(plan.short, len(first)))
+    drawn = [found["setting"] for found in able if found["setting"] is not None]
+    children = []
+    for number in range(plan.children):
+        rng = named_generator(plan.seed, plan.scenario, "parents", number)
+        pair = rng.choice(len(drawn), size=min(2, len(drawn)), replace=False)
+        children.append({"name": f"child_{number:03d}", "parents": [drawn[i] for i in pair]})
+    return children
+
+
+def first_look(plan: Plan, wanted: dict) -> dict:
     """Draw a candidate (or read a written one), solve it and run it with everybody."""
-    found = draw(plan.scenario, plan.seed, name)
+    found = draw(plan.scenario, plan.seed, wanted["name"], wanted["parents"])
     return {**found, **run(plan.scenario, found, People(plan.seed, plan.people), plan.first)}
 
 
@@ -123,9 +145,9 @@ class _Bench:
         self._total, self._done = total, 0
         folder.mkdir(parents=True, exist_ok=True)
 
-    def run(self, look: str, items: Sequence[Any], function: Callable[[Any], dict]) -> dict:
-        """Results by name; items are names or earlier results. Those in files are not run again."""
-        names = [item if isinstance(item, str) else item["name"] for item in items]
+    def run(self, look: str, items: Sequence[dict], function: Callable[[Any], dict]) -> dict:
+        """Results by name; items have a name at least. Those in files are not run again."""
+        names = [item["name"] for item in items]
         paths = [self._folder / f"{look}-{name}.json" for name in names]
         left = [i for i, path in enumerate(paths) if not path.is_file()]
         self._tell(len(paths) - len(left))
@@ -199,7 +221,7 @@ def main(words: Sequence[str] | None = None) -> int:
     parser.add_argument("folder", type=Path)
     parser.add_argument("--seed", type=int, default=101)
     parser.add_argument("--jobs", type=int, default=os.cpu_count())
-    for name in ("candidates", "people", "first", "second", "size"):
+    for name in ("candidates", "children", "people", "first", "second", "size"):
         parser.add_argument(f"--{name}", type=int, default=getattr(Plan, name))
     given = vars(parser.parse_args(words))
     folder, jobs = given.pop("folder"), given.pop("jobs")
