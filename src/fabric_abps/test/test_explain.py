@@ -40,7 +40,7 @@ def test_the_moves_sum_to_the_log_ratio_that_moved_the_belief(selector) -> None:
         evidence.observe(observation(1, code))
     model = selector.models.observation
     before = np.array([0.5, 0.3, 0.2])
-    weight = evidence.log_likelihood(model, 3.0)
+    weight = evidence.weight(3.0) * evidence.log_likelihood(model)
     after = before * np.exp(weight)
     after /= after.sum()
     told = moves(evidence, model, 3.0, list(TYPES), before, after)

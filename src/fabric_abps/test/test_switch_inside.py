@@ -3,7 +3,6 @@
 
 from dataclasses import replace
 
-import numpy as np
 import pytest
 from conftest import TYPES, run_job
 from test_selector import observation
@@ -103,8 +102,9 @@ def test_each_observation_is_credited_to_the_policy_it_answers(library, models) 
     model = models.observation
     whole = model.log_likelihood([IDLE, IDLE, IDLE, WARNING], 0)
     whole = whole + model.log_likelihood([WARNING, WARNING], 2, previous=WARNING)
-    assert evidence.log_likelihood(model, np.inf) == pytest.approx(whole)
-    assert evidence.log_likelihood(model, 3.0) == pytest.approx(whole * 3.0 / 6.0)
+    assert evidence.log_likelihood(model) == pytest.approx(whole)
+    assert evidence.weight(3.0) == 3.0 / 6.0
+    assert evidence.weight(9.0) == 1.0
     assert evidence.p_values(model) is None
 
 
@@ -115,7 +115,8 @@ def test_a_task_with_one_policy_is_judged_as_without_the_option(library, models)
         evidence.observe(seen(1, code & ~8, failed_attempts=int(code == 9)))
     model = models.observation
     assert evidence.codes == codes
-    assert evidence.log_likelihood(model, 2.5) == pytest.approx(model.log_likelihood(codes, 1, 2.5))
+    own = evidence.weight(2.5) * evidence.log_likelihood(model)
+    assert own == pytest.approx(model.log_likelihood(codes, 1, 2.5))
     assert (evidence.p_values(model) == model.p_values(codes, 1)).all()
 
 

@@ -44,13 +44,14 @@ class ChangeDetector:
         self._log_odds = np.empty(0)  # of the new ones
         self._evidence: deque[NDArray] = deque(maxlen=self._window)
 
-    def update(self, log_likelihood: ArrayLike) -> bool:
+    def update(self, log_likelihood: ArrayLike, weight: float = 1.0) -> bool:
         """Take a task's log-likelihood under every type, (n_types,) nats; True on an alarm.
 
-        After an alarm the present person is the one who came with the most likely k.
+        After an alarm the present person is the one who came with the most likely k. weight: share
+        of the log-likelihood that counts in `evidence`, (0, 1].
         """
         evidence = np.asarray(log_likelihood, dtype=float)
-        self._evidence.append(evidence)
+        self._evidence.append(weight * evidence)
         self.tasks += 1
         if self.tasks > 1:  # nobody could be relieved in the first task
             self._people = np.vstack([self._people, self._prior])
@@ -73,8 +74,8 @@ class ChangeDetector:
 
     @property
     def evidence(self) -> NDArray:
-        """Log-likelihood of all tasks since the present person came, (n_types,) nats; of the last
-        `window` ones when they are more."""
+        """Weighted log-likelihood of all tasks since the present person came, (n_types,) nats; of
+        the last `window` ones when they are more."""
         return np.sum(self._evidence, axis=0)
 
     def state(self) -> dict:

@@ -55,12 +55,14 @@ class TaskEvidence:
             previous = codes[-1]
         return np.concatenate(parts)
 
-    def log_likelihood(self, model: ObservationModel, effective: float) -> NDArray:
-        """ln P(sigma | tau, pi) under every type, (n_types,) nats, of one observation at least.
+    def weight(self, effective: float) -> float:
+        """Share of its log-likelihood that a task counts with, so that it weighs like at most
+        `effective` observations; see ObservationModel.log_likelihood."""
+        return min(1.0, effective / max(self.count, 1))
 
-        Tempered as ObservationModel.log_likelihood, with which it agrees for a single stretch.
-        """
-        return min(1.0, effective / self.count) * self.contributions(model).sum(axis=0)
+    def log_likelihood(self, model: ObservationModel) -> NDArray:
+        """ln P(sigma | tau, pi) under every type, (n_types,) nats, of one observation at least."""
+        return self.contributions(model).sum(axis=0)
 
     def p_values(self, model: ObservationModel) -> NDArray | None:
         """How typical the task is of every type, (n_types,); None when it was played with several

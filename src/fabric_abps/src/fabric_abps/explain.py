@@ -70,7 +70,7 @@ def moves(
         return ()
     tau = int(np.argmax(after))
     codes = np.array(evidence.codes)
-    parts = min(1.0, effective / len(codes)) * evidence.contributions(model)
+    parts = evidence.weight(effective) * evidence.contributions(model)
     ratios = parts[:, tau] - parts @ before
     found = [
         Move(

@@ -118,8 +118,8 @@ class Selector:
         if not self._may_switch():
             return None
         assert self.choice is not None
-        evidence = self._log_likelihood()
-        beta = self.belief.foresee(evidence)
+        log_likelihood, weight = self._looks()
+        beta = self.belief.foresee(weight * log_likelihood)
         score, expected, i = self._score(beta)
         present = self.library.names.index(self.choice.policy)
         gain = expected[i] - expected[present]
@@ -265,17 +265,22 @@ class Selector:
     def _end_when_complete(self) -> bool:
         return self._final_observation and self._final_event and self.end_task()
 
-    def _log_likelihood(self) -> NDArray:
-        effective = self.parameters.effective_observations
-        return self._evidence.log_likelihood(self.models.observation, effective)
+    def _looks(self) -> tuple[NDArray, float]:
+        """ln P(sigma | tau, pi), (n_types,) nats, and the share of it that the belief takes."""
+        weight = self._evidence.weight(self.parameters.effective_observations)
+        return self._evidence.log_likelihood(self.models.observation), weight
 
     def _learn(self) -> None:
-        """Eq. 5.1; after an alarm of the change detection the person begins with the change."""
-        evidence = self._log_likelihood()
+        """Eq. 5.1; after an alarm of the change detection the person begins with the change.
+
+        That test takes the whole log-likelihood: it weighs people against each other who are
+        mixtures of types, and needs no guard against being too sure of one.
+        """
+        log_likelihood, weight = self._looks()
         self._learnt_from, self._before = self._evidence, self.belief.probability
-        self.belief.update(evidence)
+        self.belief.update(weight * log_likelihood)
         self.tasks_seen += 1
-        self._changed = self._change.update(evidence)
+        self._changed = self._change.update(log_likelihood, weight)
         if self._changed:
             self.belief.reset()
             self.belief.update(self._change.evidence)
