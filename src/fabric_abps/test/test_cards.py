@@ -18,20 +18,25 @@ def candidate(name: str, take_overs: float, pointings: float, **factors: float) 
     return Candidate(name, setting, "", "", "", np.array([1.0, 4.0, 6.0]), notices, PEOPLE)
 
 
-def test_names_say_how_much_a_policy_takes_over_and_points_beside_the_others() -> None:
+def test_names_say_how_much_a_policy_takes_over_and_how_it_is() -> None:
     some = [
         candidate("proactive", 0.4, 0.5),
-        candidate("candidate_001", 0.1, 0.9),
-        candidate("candidate_002", 0.9, 0.1),
+        candidate("candidate_001", 0.1, 0.9, refusal=4.0, failing=2.0),
+        candidate("candidate_002", 0.9, 0.1, refusal=0.2),
+        candidate("candidate_003", 0.5, 0.1),
     ]
-    assert names_of(some, ("proactive",)) == ["proactive", "reserved_pointing", "active_silent"]
+    assert names_of(some, ("proactive",)) == [
+        "proactive", "reserved_wary", "active_bold", "balanced_usual",
+    ]  # fmt: skip
 
 
-def test_namesakes_are_numbered() -> None:
-    some = [candidate(f"candidate_{i:03d}", 0.01 * (i // 3), 0.01 * (i // 3)) for i in range(9)]
+def test_namesakes_take_a_further_dial_or_a_number() -> None:
+    turned = ({"refusal": 8.0, "failing": 3.0}, {"refusal": 8.0, "failing": 3.0}, {"refusal": 6.0})
+    some = [candidate(f"candidate_{i:03d}", 0.1, 0.1, **turned[i]) for i in range(3)]
+    some += [candidate(f"candidate_{i:03d}", 0.9, 0.1, failing=3.0) for i in range(3, 9)]
     names = names_of(some, ())
+    assert names[:3] == ["reserved_wary", "reserved_strict", "reserved_wary_2"]
     assert len(set(names)) == 9
-    assert names[:3] == ["reserved_silent", "reserved_silent-2", "reserved_silent-3"]
 
 
 def test_a_sentence_tells_the_dials_that_are_turned_furthest_and_what_was_done() -> None:

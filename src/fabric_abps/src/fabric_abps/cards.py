@@ -19,6 +19,7 @@ TRAITS = (
     ("distracted", "attentive"),
     ("noncollaborative", "collaborative"),
 )
+ACTIVITY = ("reserved", "balanced", "active")  # thirds of a library by how often it takes over
 SEEING = {
     "pomdp": "The person's state is hidden (POMDP).",
     "mixed": "Whether there is trouble is seen, what kind is hidden (mixed observability).",
@@ -53,26 +54,23 @@ class Candidate:
         return float(self.notices[:, NOTICES.index(notice)].mean())
 
 
-def level(candidates: Sequence[Candidate], notice: str, words: Sequence[str]) -> list[str]:
-    """A word for each candidate by its place among all: equal shares of the ranks a word."""
-    values = [candidate.mean(notice) for candidate in candidates]
-    ranks = np.argsort(np.argsort(values, kind="stable"), kind="stable")
-    return [words[rank * len(words) // len(values)] for rank in ranks]
-
-
 def names_of(candidates: Sequence[Candidate], kept: Sequence[str]) -> list[str]:
-    """A name for each: its own for those of `kept`, else by what it did; all are different.
+    """A name for each: its own for those of `kept`, else what it did and what it is.
 
-    How much it takes over and how much it points, each in thirds of the library, for instance
-    `active_pointing`; namesakes are numbered by reward.
+    How much it takes over, in thirds of the library, and the dial that is turned furthest, for
+    instance `reserved_wary`; of namesakes the later take a further dial, or a number at last.
     """
-    takes = level(candidates, "take_overs", ("reserved", "balanced", "active"))
-    points = level(candidates, "pointings", ("silent", "hinting", "pointing"))
+    order = np.argsort([candidate.mean("take_overs") for candidate in candidates], kind="stable")
+    rank = {int(place): number for number, place in enumerate(order)}
     names: list[str] = []
-    for candidate, take, point in zip(candidates, takes, points, strict=True):
-        name = candidate.name if candidate.name in kept else f"{take}_{point}"
-        same = sum(other.rsplit("-", 1)[0] == name for other in names)
-        names.append(name if same == 0 else f"{name}-{same + 1}")
+    for place, candidate in enumerate(candidates):
+        if candidate.name in kept or candidate.setting is None:
+            names.append(candidate.name)
+            continue
+        activity = ACTIVITY[rank[place] * len(ACTIVITY) // len(candidates)]
+        words = [f"{activity}_{word}" for word in candidate.setting.adjectives() or ["usual"]]
+        words += [f"{words[0]}_{number}" for number in range(2, len(candidates) + 2)]
+        names.append(next(word for word in words if word not in names))
     return names
 
 

@@ -25,13 +25,15 @@ OBSERVABILITY = ("pomdp", "mixed", "mdp")
 class Dial:
     """A factor on the chance of the ways from some states to others under some actions.
 
-    low, high: the range a candidate is drawn from, log-uniform around 1. few, many: what a robot
-    does that believes in a small or a large factor.
+    low, high: the range a candidate is drawn from, log-uniform around 1. small, large: what a robot
+    is that believes in a small or a large factor; few, many: what it does.
     """
 
     name: str
     low: float
     high: float
+    small: str
+    large: str
     few: str
     many: str
     actions: tuple[str, ...] = ()
@@ -46,46 +48,57 @@ class Dial:
 
 DIALS = (
     Dial(
-        "failing", 0.2, 4.0, "thinks people capable", "sees attempts fail early",
+        "failing", 0.2, 4.0, "lenient", "strict",
+        "thinks people capable", "sees attempts fail early",
         HANDS_OFF, WORKING, ("may_not_be_capable",),
     ),
     Dial(
-        "tiring", 0.2, 4.0, "thinks people rested", "judges idle hands as tired",
+        "tiring", 0.2, 4.0, "brisk", "caring",
+        "thinks people rested", "judges idle hands as tired",
         HANDS_OFF, WORKING, ("may_be_tired",),
     ),
     Dial(
-        "wandering", 0.2, 4.0, "thinks people attentive", "judges a look away as distraction",
+        "wandering", 0.2, 4.0, "tolerant", "watchful",
+        "thinks people attentive", "judges a look away as distraction",
         HANDS_OFF, WORKING, ("may_be_distracted",),
     ),
     Dial(
-        "worsening", 0.25, 4.0, "expects trouble to pass", "takes trouble for a need of help",
+        "worsening", 0.25, 4.0, "hopeful", "worried",
+        "expects trouble to pass", "takes trouble for a need of help",
         HANDS_OFF, STAGE_1, ("needs_to_be_reminded", "needs_help"),
     ),
     Dial(
-        "recovery", 0.25, 4.0, "does not count on people to recover", "lets people recover",
+        "recovery", 0.25, 4.0, "impatient", "patient",
+        "does not count on people to recover", "lets people recover",
         BY_ONESELF, IN_TROUBLE, (*WORKING, "does_not_need_help"),
     ),
     Dial(
-        "pointing", 0.2, 4.0, "sees little use in reminding", "reminds",
+        "pointing", 0.2, 4.0, "discreet", "reminding",
+        "sees little use in reminding", "reminds",
         ("point",), ("may_be_distracted", "needs_to_be_reminded"), WORKING,
     ),
     Dial(
-        "refusal", 0.2, 8.0, "hardly fears a warning", "is wary of warnings",
+        "refusal", 0.2, 8.0, "bold", "wary",
+        "hardly fears a warning", "is wary of warnings",
         ("grasp",), (*WORKING, *IN_TROUBLE, "does_not_need_help"), ("warning_received",),
     ),
     Dial(
-        "paying", 0.4, 2.5, "takes over with little hope", "takes over with confidence",
+        "paying", 0.4, 2.5, "modest", "confident",
+        "takes over with little hope", "takes over with confidence",
         ("grasp",), IN_TROUBLE, ("global_success", "task_assigned_to_human"),
     ),
     Dial(
-        "urgency", 0.25, 4.0, "has time", "fears that the time runs out",
+        "urgency", 0.25, 4.0, "calm", "hurried",
+        "has time", "fears that the time runs out",
         HANDS_OFF, IN_TROUBLE, ("global_fail",),
     ),
     Dial(
-        "ability", 0.25, 2.5, "doubts the person's skill", "trusts the person's skill",
+        "ability", 0.25, 2.5, "doubting", "trusting",
+        "doubts the person's skill", "trusts the person's skill",
         HANDS_OFF, (*WORKING, "does_not_need_help"), ("global_success", "human_doing_ok"),
     ),
-    Dial("trust", 0.4, 4.0, "doubts what it sees", "trusts what it sees"),
+    Dial("trust", 0.4, 4.0, "sceptical", "believing",
+        "doubts what it sees", "trusts what it sees"),
 )  # fmt: skip
 SHARP = 0.01  # share of its weight that a symbol keeps in states it does not belong to
 RARE = 0.005  # chance of a symbol below which trust does not matter
@@ -188,11 +201,20 @@ class Setting:
         factor = self.factors[dial.name]
         return math.log(factor) / abs(math.log(dial.high if factor > 1.0 else dial.low))
 
+    @property
+    def furthest(self) -> list[Dial]:
+        """The dials that are clearly turned, the furthest first."""
+        order = sorted(DIALS, key=lambda dial: -abs(self.turned(dial)))
+        return [dial for dial in order if abs(self.turned(dial)) > CLEAR]
+
     def words(self, how_many: int = 3) -> str:
-        """The dials that are turned furthest, as a sentence begins: "judges fast, reminds"."""
-        furthest = sorted(DIALS, key=lambda dial: -abs(self.turned(dial)))[:how_many]
-        said = [dial for dial in furthest if abs(self.turned(dial)) > CLEAR]
+        """What it does by the dials that are turned furthest: "reminds, is wary of warnings"."""
+        said = self.furthest[:how_many]
         return ", ".join(d.many if self.factors[d.name] > 1.0 else d.few for d in said)
+
+    def adjectives(self) -> list[str]:
+        """What it is by the dials that are turned, the furthest first: "wary"."""
+        return [d.large if self.factors[d.name] > 1.0 else d.small for d in self.furthest]
 
 
 def _group(state: str, observability: str) -> str:
