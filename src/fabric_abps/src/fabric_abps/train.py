@@ -94,7 +94,7 @@ def train(
         policies=tuple(library.names),
         library_hash=library_hash,
         seed=seed,
-        performance=PerformanceModel.fit(utilities),
+        performance=PerformanceModel.fit(utilities).shrunk(),
         observation=ObservationModel.fit(codes, people=everybody),
     )
 
