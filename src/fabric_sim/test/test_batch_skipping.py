@@ -87,11 +87,8 @@ def test_a_robot_that_plans_meets_the_same_events(scenario, tasks, policy, human
     assert story(setup, tasks, Planned(policy, scenario), False) == every
 
 
-def test_most_ticks_are_left_out(monkeypatch):
+def test_most_ticks_are_left_out():
     run = HeadlessRun(RunSetup("inspection", "mixed", "reactive", 108), decider=Whim(1))
-    gone_through = []
-    advance = run._cell.advance
-    monkeypatch.setattr(run._cell, "advance", lambda: gone_through.append(1) or advance())
     for _ in range(5):
         run.run_task()
-    assert len(gone_through) < 0.4 * run._cell.tick
+    assert 0 < run._cell.steps < 0.4 * run._cell.tick

@@ -292,7 +292,7 @@ def test_a_senseless_belt_speed_is_refused(speed):
 
 def test_an_unknown_motion_command_is_refused():
     class Command:
-        kind = "DANCE"
+        parts = ("DANCE", 0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
     with pytest.raises(ValueError, match="unknown kind 'DANCE'"):
         start()[0].command(Command())

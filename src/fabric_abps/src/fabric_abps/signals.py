@@ -14,8 +14,8 @@ def pack(
     detected: bool, looking: bool, succeeded: bool, failed: bool, warning: bool, idle: bool
 ) -> int:
     """The code of the six booleans, 0..63."""
-    flags = (detected, looking, succeeded, failed, warning, idle)
-    return sum(1 << bit for bit, flag in enumerate(flags) if flag)
+    seen = bool(detected) | bool(looking) << 1 | bool(succeeded) << 2
+    return seen | bool(failed) << 3 | bool(warning) << 4 | bool(idle) << 5
 
 
 def code_name(code: int) -> str:

@@ -9,8 +9,7 @@ Tables 6.2 and 6.3 define what the observation then holds.
 
 import math
 
-import genpy
-
+from fabric_msgs.clock import header_of, micro
 from fabric_msgs.msg import HeadState, HumanActivity, Observation, TaskEvent, TaskState
 from fabric_perception.parameters import ObservationParameters
 from fabric_perception.recognition import Behaviour, Reading, Recogniser
@@ -31,7 +30,7 @@ class ObservationAgent:
     def __init__(self, parameters: ObservationParameters | None = None) -> None:
         self._parameters = parameters or ObservationParameters()
         self._sequence = 0
-        self._task = TaskState()
+        self._warning_told = False
         self._reset(TaskState())
 
     def start_task(self, t: float, state: TaskState) -> None:
@@ -100,12 +99,12 @@ class ObservationAgent:
         """
         if self._warning_told or not self._recogniser.settled:
             return self._time
-        times = [self._subtask.fails_at]
+        until = self._subtask.fails_at
         if self._time < self._warning_held_until:
-            times.append(self._warning_held_until)
+            until = min(until, self._warning_held_until)
         if self._running and self._subtask.active:
-            times.append(self._last_observation + self._parameters.same_action_timeout)
-        return min(times) - RESOLUTION
+            until = min(until, self._last_observation + self._parameters.same_action_timeout)
+        return until - RESOLUTION
 
     def _reset(self, state: TaskState) -> None:
         self._task = state
@@ -122,7 +121,7 @@ class ObservationAgent:
 
     def _advance(self, t: float) -> float:
         _check_time(t)
-        t = round(t, 6)
+        t = micro(t)
         if t < self._time:
             raise ValueError(f"time runs backwards from {self._time} s to {t} s")
         self._time = t
@@ -198,16 +197,19 @@ class ObservationAgent:
     def _fill(self, t: float, trigger: int) -> Observation:
         """Observables that are seen directly, and the clocks; O1, O2, O8, O9 are false."""
         behaviour = self._recogniser.behaviour or Behaviour(HumanActivity.OTHER, False, False)
-        observation = Observation()
+        observation = Observation.__new__(Observation)  # every field is set here
+        observation.header, observation.sequence = header_of(t), 0
         observation.task_id, observation.trigger = self._task.task_id, trigger
-        observation.header.stamp = _stamp(t)
+        observation.task_success = observation.task_failure = False
+        observation.subtask_success = observation.subtask_failure = False
+        observation.robot_success = observation.robot_failure = False
         observation.detected = behaviour.detected
         observation.looking_around = behaviour.looking_around
         observation.grasp_attempt = behaviour.gesture == HumanActivity.GRASP
         observation.warning = behaviour.gesture == HumanActivity.WARN
         observation.idle = behaviour.gesture == HumanActivity.IDLE
-        observation.subtask_elapsed = round(self._subtask.elapsed(t), 6)
-        observation.waiting_time = round(self._subtask.waiting(t), 6)
+        observation.subtask_elapsed = micro(self._subtask.elapsed(t))
+        observation.waiting_time = micro(self._subtask.waiting(t))
         observation.failed_attempts = self._subtask.failed_attempts
         return observation
 
@@ -217,12 +219,6 @@ class ObservationAgent:
         self._started = True
         self._last_observation = t
         return observation
-
-
-def _stamp(t: float) -> genpy.Time:
-    """Return `t` to the microsecond; Time.from_sec would cut 12.35 s to 12.349999999 s."""
-    seconds, micros = divmod(round(t * 1e6), 10**6)
-    return genpy.Time(seconds, micros * 1000)
 
 
 def _check_time(t: float) -> None:

@@ -2,6 +2,7 @@
 """What the person does, believed only after percepts in a row agree."""
 
 import math
+from collections.abc import Sequence
 from typing import Any, Generic, NamedTuple, TypeVar
 
 from fabric_msgs.msg import HeadState, HumanActivity
@@ -117,10 +118,16 @@ class Recogniser:
         self._conclude()
 
     def _conclude(self) -> None:
-        values = (self._gesture.value, bool(self._detected.value), bool(self._looking.value))
-        self.behaviour = None if values[0] is None else Behaviour(*values)
+        gesture = self._gesture.value
+        self.behaviour = None
+        if gesture is not None:
+            detected, looking = bool(self._detected.value), bool(self._looking.value)
+            self.behaviour = Behaviour(gesture, detected, looking)
         self.settled = not (self._gesture.open or self._detected.open or self._looking.open)
 
-    def _classify(self, posterior: tuple[float, ...]) -> int:
-        best = max(range(N_GESTURES), key=lambda gesture: posterior[gesture])
+    def _classify(self, posterior: Sequence[float]) -> int:
+        best = 0
+        for gesture in range(1, N_GESTURES):
+            if posterior[gesture] > posterior[best]:
+                best = gesture
         return best if posterior[best] >= self._parameters.action_threshold else HumanActivity.OTHER

@@ -66,6 +66,19 @@ py::object fill(const RobotState& state, py::object message) {
   return message;
 }
 
+const char* kindName(MotionCommand::Kind kind) {
+  switch (kind) {
+    case MotionCommand::Kind::MOVE:
+      return "MOVE";
+    case MotionCommand::Kind::CANCEL:
+      return "CANCEL";
+    case MotionCommand::Kind::SUCTION_ON:
+      return "SUCTION_ON";
+    default:
+      return "SUCTION_OFF";
+  }
+}
+
 void bindCommand(py::module_& module) {
   py::enum_<MotionCommand::Kind>(module, "CommandKind")
       .value("MOVE", MotionCommand::Kind::MOVE)
@@ -79,6 +92,13 @@ void bindCommand(py::module_& module) {
       .def_property_readonly("y", [](const MotionCommand& c) { return c.pose.y; })
       .def_property_readonly("z", [](const MotionCommand& c) { return c.pose.z; })
       .def_property_readonly("yaw", [](const MotionCommand& c) { return c.pose.yaw; })
+      .def_property_readonly(
+          "parts",
+          [](const MotionCommand& c) {
+            return py::make_tuple(kindName(c.kind), c.number, c.pose.x, c.pose.y, c.pose.z,
+                                  c.pose.yaw, c.speed, c.settle);
+          },
+          "(name of the kind, number, x, y, z, yaw, speed, settle), read at once")
       .def_readonly("speed", &MotionCommand::speed)
       .def_readonly("settle", &MotionCommand::settle)
       .def("__repr__", [](const MotionCommand& c) {
@@ -172,6 +192,9 @@ void bindMotion(py::module_& module) {
       .def("on_stop", &MotionAgent::onStop, "cause"_a)
       .def("on_release", &MotionAgent::onRelease)
       .def("state", &MotionAgent::state, py::return_value_policy::copy)
+      .def_property_readonly(
+          "state_sequence", [](const MotionAgent& agent) { return agent.state().sequence; },
+          "state().sequence, without the rest")
       .def_property_readonly("stopped", &MotionAgent::stopped)
       .def_property_readonly("held_by_warning", &MotionAgent::heldByWarning)
       .def_property_readonly("cause", &MotionAgent::cause)

@@ -4,10 +4,12 @@
 import math
 from dataclasses import dataclass
 from functools import lru_cache
+from pathlib import Path
 from typing import NamedTuple
 
 from fabric_dobot_driver import Goal, Joints, Limits, ToolPose, check_goal, inverse
 from fabric_dobot_driver.limits import Fault, Refusal, between, check_path
+from fabric_msgs.clock import micro
 from fabric_msgs.msg import MoveArmResult
 from fabric_sim.entries import Entries
 
@@ -26,7 +28,7 @@ def goal_of(place: tuple[float, ...], yaw: float, speed: float, settle: float) -
     Numbers are rounded, so that a goal is the same whether or not it went through float32.
     """
     x, y, z = place
-    return Goal(ToolPose(x, y, z, round(yaw, 9)), round(speed, 6), round(settle, 6))
+    return Goal(ToolPose(x, y, z, round(yaw, 9)), micro(speed), micro(settle))
 
 
 class ArmResult(NamedTuple):
@@ -73,6 +75,31 @@ class Trapezoid:
 
     def _on_ramp(self, t: float) -> float:
         return 0.5 * self._acceleration * t * t / self._length
+
+
+class _Move:
+    """A goal under way.
+
+    turn: s the tool servo needs. elapsed: s. duration: from the start until the goal counts as
+    reached, s.
+    """
+
+    def __init__(
+        self, number: int, start: ToolPose, goal: Goal, profile: Trapezoid, turn: float
+    ) -> None:
+        self.number = number
+        self.start, self.end = start, goal.pose
+        self.profile, self.turn = profile, turn
+        self.elapsed = 0.0
+        self.duration = max(profile.duration, turn) + goal.settle
+
+    def pose(self) -> ToolPose:
+        """Pose at the elapsed time; the servo turns evenly beside the straight line."""
+        if self.elapsed >= max(self.profile.duration, self.turn):
+            return self.end
+        along = between(self.start, self.end, self.profile.fraction(self.elapsed))
+        turned = min(1.0, self.elapsed / self.turn) if self.turn > 0.0 else 1.0
+        return along._replace(yaw=self.start.yaw + turned * (self.end.yaw - self.start.yaw))
 
 
 class Arm:
@@ -139,14 +166,14 @@ class Arm:
     def skip(self, dt: float) -> None:
         """Move for dt seconds, less than `rest`."""
         if self._move:
-            self._move.elapsed = round(self._move.elapsed + dt, 6)
+            self._move.elapsed = micro(self._move.elapsed + dt)
 
     def step(self, dt: float) -> list[ArmResult]:
         """Move for dt seconds; return the result of a goal that is reached."""
         move = self._move
         if move is None:
             return []
-        move.elapsed = round(move.elapsed + dt, 6)
+        move.elapsed = micro(move.elapsed + dt)
         if move.elapsed < move.duration - SLACK:
             return []
         self._pose, self._move = move.pose(), None
@@ -155,41 +182,15 @@ class Arm:
     def _check(self, start: ToolPose, goal: Goal) -> Refusal | None:
         return check_goal(goal, self._limits) or check_path(start, goal.pose, self._limits)
 
-    def _plan(self, number: int, start: ToolPose, goal: Goal) -> "_Move":
+    def _plan(self, number: int, start: ToolPose, goal: Goal) -> _Move:
         p = self._parameters
         length = math.dist(start[:3], goal.pose[:3])
         profile = Trapezoid(length, goal.speed, p.acceleration)
         turn = abs(goal.pose.yaw - start.yaw) / p.yaw_speed
-        return _Move(number, start, goal.pose, profile, turn, goal.settle)
+        return _Move(number, start, goal, profile, turn)
 
 
-@dataclass
-class _Move:
-    """A goal under way."""
-
-    number: int
-    start: ToolPose
-    end: ToolPose
-    profile: Trapezoid
-    turn: float  # s the tool servo needs
-    settle: float  # s
-    elapsed: float = 0.0  # s
-
-    @property
-    def duration(self) -> float:
-        """From the start until the goal counts as reached, s."""
-        return max(self.profile.duration, self.turn) + self.settle
-
-    def pose(self) -> ToolPose:
-        """Pose at the elapsed time; the servo turns evenly beside the straight line."""
-        if self.elapsed >= max(self.profile.duration, self.turn):
-            return self.end
-        along = between(self.start, self.end, self.profile.fraction(self.elapsed))
-        turned = min(1.0, self.elapsed / self.turn) if self.turn > 0.0 else 1.0
-        return along._replace(yaw=self.start.yaw + turned * (self.end.yaw - self.start.yaw))
-
-
-def load_arm(path: str) -> ArmParameters:
+def load_arm(path: str | Path) -> ArmParameters:
     """Read config/arm.yaml. Raises ConfigError naming the file, the entry and its value."""
     entries = Entries.read(path)
     home = entries.branch("home")

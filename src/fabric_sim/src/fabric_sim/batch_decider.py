@@ -10,6 +10,7 @@ from __future__ import annotations
 from typing import Protocol
 
 import fabric_planner as fp
+from fabric_msgs.clock import header_of
 from fabric_msgs.msg import Decision, Observation
 from fabric_sim.truth import Truth
 
@@ -67,4 +68,6 @@ class AgentDecider:
 
     def decide(self, observation: Observation, truth: Truth) -> Decision:
         """Return what the agent decides on the observation alone."""
-        return self._agent.decide(observation).fill(Decision())
+        message = Decision.__new__(Decision)  # `fill` sets every field but the header
+        message.header = header_of(0.0)
+        return self._agent.decide(observation).fill(message)

@@ -9,7 +9,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Any, NamedTuple, Protocol
+
+from mypy_extensions import mypyc_attr
 
 import fabric_planner as fp
 from fabric_abps import Selector, SignalEncoder
@@ -30,7 +33,7 @@ from fabric_sim.batch_files import Files
 from fabric_sim.cell import Cell, CellConfig, Moment
 from fabric_sim.sensing import Percept
 from fabric_sim.staff import Staff
-from fabric_sim.stock import CubeState
+from fabric_sim.truth import Truth
 from fabric_sim.worker import Worker
 from fabric_study.event_rows import LogRow
 from fabric_study.meter import TaskMeter, TrueMoment
@@ -44,6 +47,7 @@ FAR_AWAY = 2**62  # a tick that does not come
 TICKS_LIMIT = 100_000  # of one task; more means that a rule of the task can no longer be met
 
 
+@mypyc_attr(native_class=False)  # travels between processes
 @dataclass(frozen=True)
 class RunSetup:
     """What defines a run; equal setups give equal results."""
@@ -74,10 +78,10 @@ class SeenCube(NamedTuple):
     where: int
     confidence: float
 
-    @classmethod
-    def of(cls, cube: CubeState, where: int) -> SeenCube:
-        """A cube that a camera sees there."""
-        return cls(cube.perceived, where, reports.single(cube.confidence))
+
+@lru_cache
+def _seen_cube(perceived: int, where: int, confidence: float) -> SeenCube:
+    return SeenCube(perceived, where, reports.single(confidence))
 
 
 class SeenCubes(NamedTuple):
@@ -104,6 +108,7 @@ class SeenPerson(NamedTuple):
         return cls(posterior, seen.present, age, seen.present, looking)
 
 
+@mypyc_attr(native_class=False)  # travels between processes
 @dataclass(frozen=True)
 class TaskResult:
     """One finished task."""
@@ -113,6 +118,7 @@ class TaskResult:
     codes: list[int]  # type observation codes in order, 0..63
 
 
+@mypyc_attr(allow_interpreted_subclasses=True)
 class HeadlessRun:
     """One run: a sequence of tasks with one policy and one person (or a person a task)."""
 
@@ -147,6 +153,10 @@ class HeadlessRun:
         self._task_state_sent = 0
         self._robot_sequence = 0
         self._robot_told = False  # since its state was looked at
+        self._codes: list[int] = []
+        self._hidden: Truth | None = None
+        self._sight = -1
+        self._posterior: tuple[float, ...] | None = None
 
     def _default_decider(self, files: Files) -> Decider:
         first = "proactive" if self._selector else self.setup.policy
@@ -165,7 +175,7 @@ class HeadlessRun:
         seed = task_seed(self.setup.seed, self._task_number)
         self._manager = TaskManager(self._definition, self._task_number, seed, self._counters)
         self._encoder, self._codes = SignalEncoder(), []
-        self._hidden = self._sight = self._posterior = None  # what was told last
+        self._hidden, self._sight, self._posterior = None, -1, None  # what was told last
         self._belt_due = self._person_due = 0  # ticks in which they have to be told again
         self._choose(seed)
         self._decider.reset()
@@ -220,7 +230,8 @@ class HeadlessRun:
             self._on_person(moment)
 
     def _on_truth(self, moment: Moment) -> None:
-        self._hidden = hidden = moment.hidden
+        hidden = self._hidden = moment.hidden
+        assert hidden is not None
         words = (hidden.state, hidden.anticipated_state, hidden.human_type)
         self._meter.on_moment(moment.sequence, TrueMoment(moment.t, *words))
 
@@ -233,7 +244,8 @@ class HeadlessRun:
         self._move(self._motion.on_conveyor(conveyor.cube_at_pick_point), False)
         self._score(moment.t, self._manager.on_conveyor(moment.t, conveyor))
         if self._sight != seen_before or self._every_tick:
-            cubes = SeenCubes([SeenCube.of(*pair) for pair in stock.seen()])
+            seen = stock.seen()
+            cubes = SeenCubes([_seen_cube(c.perceived, w, c.confidence) for c, w in seen])
             self._move(self._motion.on_cubes(cubes), False)
         self._settle()
         self._belt_due = min(self._belt_due, self._due(self._manager.quiet_until))
@@ -246,6 +258,7 @@ class HeadlessRun:
 
     def _on_person(self, moment: Moment) -> None:
         percept = moment.percept
+        assert percept is not None
         if percept.warning and self._cell.running:
             self._move(self._motion.on_warning())
             self._score(moment.t, self._manager.on_warning(moment.t))
@@ -256,7 +269,7 @@ class HeadlessRun:
             self._posterior = percept.posterior
             person = SeenPerson.of(percept)
             self._reading = self._observer.read(person, person)
-        age = reports.single(percept.evidence_age)
+        age = reports.single(percept.evidence_age) if percept.evidence_age else 0.0
         self._decide(moment.t, self._observer.on_reading(moment.t, self._reading, age))
         self._settle()
         self._person_due = self._due(self._observer.quiet_until)
@@ -314,10 +327,10 @@ class HeadlessRun:
         if not self._robot_told:
             return
         self._robot_told = False
-        state = self._motion.state()
-        if state.sequence != self._robot_sequence:
-            self._robot_sequence = state.sequence
-            self._cell.on_robot_state(state)
+        sequence = self._motion.state_sequence
+        if sequence != self._robot_sequence:
+            self._robot_sequence = sequence
+            self._cell.on_robot_state(self._motion.state())
 
     def _publish_state(self) -> None:
         state = self._manager.state
@@ -339,6 +352,7 @@ class HeadlessRun:
 
     def _reconsider(self) -> None:
         """Inside a task: what is believed of the person's state goes over to the next policy."""
+        assert self._selector is not None
         choice = self._selector.reconsider()
         if choice is not None:
             self._decider.set_model(str(choice.path), True)

@@ -32,13 +32,14 @@ class Belt:
 
     at_pick_point: the cube that interrupts the light barrier, the foremost if several do.
     speed: at which the belt runs now, m/s.
+    carried: x in m of every cube on the belt; to be read only.
     """
 
     def __init__(self, shape: BeltShape, changes: Changes | None = None) -> None:
         """changes: counts what the light barrier sees and commands."""
         self._shape = shape
         self._waiting: list[int] = []
-        self._places: dict[int, float] = {}
+        self.carried: dict[int, float] = {}
         self._commanded = 0.0
         self._ignore_sensor = False
         self.at_pick_point: int | None = None
@@ -48,7 +49,7 @@ class Belt:
     def load(self, cubes: list[int]) -> None:
         """Clear the belt, stop it and fill the feeder."""
         self._waiting = list(cubes)
-        self._places = {}
+        self.carried = {}
         self._commanded = 0.0
         self._ignore_sensor = False
         self._set(None)
@@ -63,7 +64,12 @@ class Belt:
     @property
     def places(self) -> dict[int, float]:
         """x in m of every cube on the belt."""
-        return dict(self._places)
+        return dict(self.carried)
+
+    @property
+    def following(self) -> int | None:
+        """The next cube in the feeder."""
+        return self._waiting[0] if self._waiting else None
 
     @property
     def waiting(self) -> list[int]:
@@ -76,11 +82,11 @@ class Belt:
         if speed == 0.0:
             return []
         advance = self._advance(speed * dt)
-        self._places = {cube: x + advance for cube, x in self._places.items()}
+        self.carried = {cube: x + advance for cube, x in self.carried.items()}
         self._feed()
-        fallen = [cube for cube, x in self._places.items() if x > self._shape.end]
+        fallen = [cube for cube, x in self.carried.items() if x > self._shape.end]
         for cube in fallen:
-            del self._places[cube]
+            del self.carried[cube]
         self._look()
         return fallen
 
@@ -92,34 +98,36 @@ class Belt:
         advance = self.speed * dt
         if advance == 0.0:
             return math.inf
-        ways = [self._to_next_mark(x) for x in self._places.values()]
+        way = math.inf
+        for x in self.carried.values():
+            way = min(way, self._to_next_mark(x))
         if self._waiting:
-            last = min(self._places.values(), default=self._shape.feeder + self._shape.spacing)
-            ways.append(self._shape.feeder + self._shape.spacing - last)
-        if not ways:
-            return math.inf
-        return max(0, math.ceil(min(ways) / advance - STEP_SLACK) - 1)
+            last = min(self.carried.values(), default=self._shape.feeder + self._shape.spacing)
+            way = min(way, self._shape.feeder + self._shape.spacing - last)
+        if way == math.inf:
+            return way
+        return max(0, math.ceil(way / advance - STEP_SLACK) - 1)
 
     def skip(self, steps: int, dt: float) -> None:
         """Do as many steps as `quiet_steps` allows at once, adding up as `step` does."""
         advance = self.speed * dt
         if advance == 0.0:
             return
-        for cube, x in self._places.items():
+        for cube, x in self.carried.items():
             for _ in range(steps):
                 x += advance
-            self._places[cube] = x
+            self.carried[cube] = x
 
     def take(self, cube: int) -> None:
         """Take a cube off. Raises KeyError when it is not on the belt."""
-        del self._places[cube]
+        del self.carried[cube]
         self._look()
 
     def put(self, cube: int, x: float) -> bool:
         """Put a cube down at x m, or at the nearest place where it fits; False when none does."""
         free = self._free()
         if free:
-            self._places[cube] = min(free, key=lambda place: (abs(place - x), place))
+            self.carried[cube] = min(free, key=lambda place: (abs(place - x), place))
             self._look()
         return bool(free)
 
@@ -127,25 +135,27 @@ class Belt:
         """The way the belt goes: it stops exactly when a cube reaches the light barrier."""
         if self._ignore_sensor:
             return advance
-        ahead = [-x for x in self._places.values() if x < -NEAR]
-        return min([advance, *ahead])
+        for x in self.carried.values():
+            if x < -NEAR:
+                advance = min(advance, -x)
+        return advance
 
     def _feed(self) -> None:
-        last = min(self._places.values(), default=math.inf)
+        last = min(self.carried.values(), default=math.inf)
         if self._waiting and last - self._shape.feeder >= self._shape.spacing - NEAR:
-            self._places[self._waiting.pop(0)] = self._shape.feeder
+            self.carried[self._waiting.pop(0)] = self._shape.feeder
 
     def _free(self) -> list[float]:
         """Places on a 1 mm grid that keep clear of every cube."""
         clear = self._shape.edge + self._shape.gap
         first, last = round(1e3 * self._shape.feeder), round(1e3 * self._shape.end)
         grid = (1e-3 * i for i in range(first, last + 1))
-        others = self._places.values()
+        others = self.carried.values()
         return [x for x in grid if all(abs(x - other) >= clear - NEAR for other in others)]
 
     def _look(self) -> None:
         """What the light barrier sees."""
-        blocking = [(x, cube) for cube, x in self._places.items() if self._in_beam(x)]
+        blocking = [(x, cube) for cube, x in self.carried.items() if self._in_beam(x)]
         foremost = max(blocking)[1] if blocking else None
         if foremost != self.at_pick_point:
             self._set(foremost)

@@ -65,6 +65,7 @@ class Cell:
     """Worker, cubes, belt, arm and sensors. Nothing moves while no task runs.
 
     tick: number of the present tick. now: its time, s. running: whether a task lets time pass.
+    steps: ticks that were gone through rather than skipped.
     """
 
     def __init__(self, config: CellConfig, worker: Any, seed: int) -> None:
@@ -77,14 +78,14 @@ class Cell:
         self._config = config
         self._seed = seed
         self.tick = 0
+        self.steps = 0
         self.now = 0.0
         self.running = False
         self._stirred = True  # something was said since the last tick, or to the worker in it
         self._viewed = NOT_THERE  # by the person in the last tick
         self._hidden: Truth | None = None  # as in the last report
         self._reported = -1  # changes of the stock
-        self._commands = Commands()
-        self._stirred = True
+        self._commands: Commands | None = Commands()
         self._robot = RobotView()
         self._truths = 0
         self._container_changes = 0
@@ -121,12 +122,11 @@ class Cell:
 
     def command(self, command: Any) -> None:
         """Take a MotionCommand of the motion agent; it acts from the next tick on."""
-        kind = _name_of(command.kind)
+        kind, number, x, y, z, yaw, speed, settle = command.parts
         if kind == "MOVE":
-            place = (command.x, command.y, command.z)
-            self.move(command.number, goal_of(place, command.yaw, command.speed, command.settle))
+            self.move(number, goal_of((x, y, z), yaw, speed, settle))
         elif kind == "CANCEL":
-            self.cancel(command.number)
+            self.cancel(number)
         elif kind in ("SUCTION_ON", "SUCTION_OFF"):
             self.set_suction(kind == "SUCTION_ON")
         else:
@@ -186,6 +186,7 @@ class Cell:
     def advance(self) -> Moment:
         """Advance by one tick, for those who need no messages and do not look at the body."""
         self.tick += 1
+        self.steps += 1
         self.now = t = _time_of(self.tick)
         self._stirred = False
         moment = Moment(t, self._move_arm(t))
@@ -218,11 +219,12 @@ class Cell:
             return soon
         if self.tick % PERCEPT_TICKS and self._worth_a_look():
             return soon
-        if self._view() != self._viewed or (self.arm.suction and not self.stock.held_by_robot):
+        if self._view() is not self._viewed or (self.arm.suction and not self.stock.held_by_robot):
             return soon
         ends = min(self.worker.next_wakeup, self.now + self.arm.rest, self.stock.tidy_at)
         sensed = min(self._person_sensor.wakeup, self._load_cells.wakeup)
-        tick = soon + min(FAR, self.stock.belt.quiet_steps(TICK))
+        quiet = self.stock.belt.quiet_steps(TICK)
+        tick = soon + (FAR if quiet > FAR else int(quiet))
         if ends < math.inf:
             tick = min(tick, self.tick_of(ends))
         if sensed < math.inf:
@@ -236,7 +238,8 @@ class Cell:
         if not self._person_sensor.knows(self._behaviour(), self._episode):
             return True
         # asked now with the time of the report, because the answer holds from the first question on
-        return self.worker.truth(_time_of(self.tick + 1)) != self._hidden
+        hidden = self.worker.truth(_time_of(self.tick + 1))
+        return hidden is not self._hidden and hidden != self._hidden
 
     def skip_to(self, tick: int) -> None:
         """Let the ticks before `tick` pass, which is not later than `next_tick`."""
@@ -312,6 +315,7 @@ class Cell:
         if event.kind is EventKind.PICKED_CUBE:
             self.stock.person_takes()
         elif event.kind is EventKind.PLACED_CUBE:
+            assert event.container is not None
             self.stock.person_places(event.container)
         elif event.kind is EventKind.RELEASED:
             self.stock.person_releases(t)
@@ -381,11 +385,6 @@ class Cell:
 @lru_cache
 def _behaviour_of(action: str, looking_around: bool, detected: bool) -> Behaviour:
     return Behaviour(ACTIVITY[action], looking_around, detected)
-
-
-@lru_cache
-def _name_of(kind: Any) -> str:
-    return getattr(kind, "name", kind)
 
 
 def _time_of(tick: int) -> float:

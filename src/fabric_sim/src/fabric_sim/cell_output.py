@@ -29,16 +29,24 @@ if TYPE_CHECKING:
     from fabric_sim.cell import Cell
 
 
-@dataclass(slots=True)
 class Moment:
-    """What a tick brought. Everything but the arm's results is there when the sensors report."""
+    """What a tick brought. Everything but the arm's results is there when the sensors report.
 
-    t: float  # s
-    arm_results: list[ArmResult]
-    percept: Percept | None = None  # of the person
-    hidden: Truth | None = None  # the person's true state
-    sequence: int = 0  # number of the report
-    containers: ContainerArray | None = None  # when a load cell has settled
+    t: s. percept: of the person. hidden: the person's true state. sequence: number of the report.
+    containers: when a load cell has settled.
+    """
+
+    def __init__(
+        self,
+        t: float,
+        arm_results: list[ArmResult],
+        percept: Percept | None = None,
+        hidden: Truth | None = None,
+        sequence: int = 0,
+    ) -> None:
+        self.t, self.arm_results = t, arm_results
+        self.percept, self.hidden, self.sequence = percept, hidden, sequence
+        self.containers: ContainerArray | None = None
 
 
 class Stimulus(NamedTuple):
@@ -81,6 +89,7 @@ def output_of(cell: Cell, moment: Moment) -> CellOutput:
     output = CellOutput(t, arm_results=moment.arm_results)
     if percept is None:
         return output
+    assert moment.hidden is not None
     output.truth = reports.truth(t, moment.sequence, cell.task.task_id, moment.hidden)
     output.conveyor = reports.conveyor(t, cell.stock)
     output.cubes = reports.cubes(t, _seen(cell))

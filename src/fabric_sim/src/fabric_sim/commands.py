@@ -5,23 +5,21 @@ Goals, cancellations and services arrive on different connections, so their orde
 chance. They act together at the next tick: suction, then cancellations, then moves by number.
 """
 
-from dataclasses import dataclass, field
-
 from fabric_dobot_driver import Goal
 from fabric_msgs.msg import MoveArmResult
 from fabric_sim.arm import Arm, ArmResult
 from fabric_sim.belt import Belt
 
 
-@dataclass
 class Commands:
-    """Commands that wait for the next tick."""
+    """Commands that wait for the next tick. conveyor: speed in m/s, ignore the sensor."""
 
-    suction: bool | None = None
-    home: bool = False
-    conveyor: tuple[float, bool] | None = None  # speed in m/s, ignore the sensor
-    moves: dict[int, Goal] = field(default_factory=dict)
-    cancelled: set[int] = field(default_factory=set)
+    def __init__(self) -> None:
+        self.suction: bool | None = None
+        self.home = False
+        self.conveyor: tuple[float, bool] | None = None
+        self.moves: dict[int, Goal] = {}
+        self.cancelled: set[int] = set()
 
     def apply(self, arm: Arm, belt: Belt) -> list[ArmResult]:
         """Carry out everything; return the moves that ended with it."""

@@ -24,6 +24,7 @@ from fabric_sim.body import BodyMotion
 from fabric_sim.geometry import Point
 from fabric_sim.sensing import Percept
 from fabric_sim.stock import CubeState, Stock
+from fabric_sim.truth import Truth
 
 FRAME = "cell"
 
@@ -65,7 +66,10 @@ def containers(
     for tray in stock.trays:
         ids = contents.get(tray.id, [])
         colours = bytes(stock.cubes[i].colour for i in ids)
-        rows.append(Container(tray.id, tray.owner, tray.label, list(ids), colours))
+        row = Container.__new__(Container)  # every field is set here
+        row.id, row.owner, row.label = tray.id, tray.owner, tray.label
+        row.cube_ids, row.cube_colours = list(ids), colours
+        rows.append(row)
     return ContainerArray(header(t), sequence, rows)
 
 
@@ -83,7 +87,7 @@ def head(t: float, percept: Percept, body: BodyMotion) -> HeadState:
     return HeadState(header(t), visible, visible and percept.behaviour.looking_around, at)
 
 
-def truth(t: float, sequence: int, task_id: int, hidden: object) -> GroundTruth:
+def truth(t: float, sequence: int, task_id: int, hidden: Truth) -> GroundTruth:
     """The person's hidden state, from the fields of fabric_sim.truth.Truth."""
     message = GroundTruth(header=header(t), sequence=sequence, task_id=task_id)
     for name in hidden._fields:

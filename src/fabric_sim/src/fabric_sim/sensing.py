@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from fabric_msgs.clock import micro
 from fabric_msgs.msg import Container, Cube, HumanActivity
 from fabric_sim.entries import Entries
 
@@ -97,7 +98,7 @@ class PersonSensor:
         if self._shown.taken_for.present:
             self._seen = t
         else:
-            age = round(t - self._seen, 6)
+            age = micro(t - self._seen)
         return Percept(self._shown.taken_for, self._posterior, age, False)
 
     def knows(self, behaviour: Behaviour, episode: int) -> bool:
@@ -115,9 +116,9 @@ class PersonSensor:
         return self._coming[0].recognised if self._coming else math.inf
 
     def _begin(self, t: float, behaviour: Behaviour) -> None:
-        delay = self._rng.uniform(*self._parameters.delay)
+        delay = _uniform(self._rng, self._parameters.delay)
         stretch = _Stretch(
-            t + delay, self._confuse(behaviour), self._rng.uniform(*self._parameters.certainty)
+            t + delay, self._confuse(behaviour), _uniform(self._rng, self._parameters.certainty)
         )
         if self._shown is None:
             self._show(stretch)
@@ -139,7 +140,8 @@ class PersonSensor:
 
     def _confuse(self, behaviour: Behaviour) -> Behaviour:
         """The behaviour, or with the probability `confusion` what it is mistaken for."""
-        wrong, swap = self._rng.random(2)
+        wrong: float = self._rng.random()
+        swap: float = self._rng.random()
         if not behaviour.present or wrong >= self._parameters.confusion:
             return behaviour
         if behaviour.activity not in SWAPPED:
@@ -158,12 +160,13 @@ class ColourSensor:
 
     def read(self, colour: int) -> tuple[int, float]:
         """The colour as perceived (Cube.COLOUR_*) and the confidence in it."""
-        wrong, which = self._rng.random(2)
-        confidence = self._rng.uniform(*self._parameters.colour_certainty)
+        wrong: float = self._rng.random()
+        which: float = self._rng.random()
+        confidence = _uniform(self._rng, self._parameters.colour_certainty)
         if wrong < self._parameters.colour_misread:
             others = [c for c in COLOURS if c != colour]
             colour = others[int(which * len(others))]
-        return colour, round(float(confidence), 6)
+        return colour, micro(confidence)
 
 
 class LoadCells:
@@ -176,7 +179,7 @@ class LoadCells:
 
     def put(self, t: float, container: int, owner: int, cube: int) -> None:
         """A cube was put into a container at time t (s); owner is Container.OWNER_*."""
-        settled = t + self._rng.uniform(*self._parameters.settle[owner])
+        settled = t + _uniform(self._rng, self._parameters.settle[owner])
         self._settling.append((settled, container, cube))
 
     @property
@@ -191,6 +194,12 @@ class LoadCells:
         due = sorted(entry for entry in self._settling if entry[0] <= t + SLACK)
         self._settling = [entry for entry in self._settling if entry[0] > t + SLACK]
         return [(container, cube) for _, container, cube in due]
+
+
+def _uniform(rng: np.random.Generator, span: tuple[float, float]) -> float:
+    """Return what `rng.uniform(*span)` does, sooner."""
+    chance: float = rng.random()
+    return span[0] + (span[1] - span[0]) * chance
 
 
 def load_sensing(path: str | Path) -> DirectParameters:

@@ -35,6 +35,7 @@ class Staff:
         self._file: WorkerFile | None = None
         self._worker: Worker | None = None
         self._drifting: DriftingStaff | None = None
+        self._unused = named_generator(seed, "worker")  # every task brings a generator of its own
         if is_worker_file(human):
             self._file = WorkerFile.load(human, self._parameters)
         elif human == DRIFTING:
@@ -50,9 +51,8 @@ class Staff:
             return self._drifting.worker(task_number)
         character = human_of_task(self._human, self._seed, task_number)
         if self._worker is None or character != self._character:
-            rng = named_generator(self._seed, "worker", task_number)
             self._character = character
-            self._worker = Worker(character, rng, self._parameters, self._library)
+            self._worker = Worker(character, self._unused, self._parameters, self._library)
         return self._worker
 
     def _worker_of_file(self, task_number: int) -> Worker:

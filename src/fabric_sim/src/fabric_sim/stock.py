@@ -40,6 +40,7 @@ class CubeState:
     confidence: float
     place: Place = Place.FEEDER
     container: int | None = None  # id, when in one
+    where: int | None = None  # Cube.WHERE_* of the place; None where no camera looks
 
 
 class Deposit(NamedTuple):
@@ -97,19 +98,19 @@ class Stock:
         held = self.held_by_person or self.held_by_robot or self.at_pick_point
         if held is not None:
             return held
-        coming = [(x, cube) for cube, x in self.belt.places.items() if x < 0.0]
+        coming = [(x, cube) for cube, x in self.belt.carried.items() if x < 0.0]
         if coming:
             return self.cubes[max(coming)[1]]
-        waiting = self.belt.waiting
-        return self.cubes[waiting[0]] if waiting else None
+        following = self.belt.following
+        return None if following is None else self.cubes[following]
 
     def seen(self) -> list[tuple[CubeState, int]]:
         """Every cube in view and where a camera would say it is, Cube.WHERE_*."""
         stands = self.at_pick_point if self.belt.speed == 0.0 else None
         return [
-            (cube, Cube.WHERE_PICK_POINT if cube is stands else WHERE[cube.place])
+            (cube, Cube.WHERE_PICK_POINT if cube is stands else cube.where)
             for cube in self.cubes.values()
-            if cube.place in WHERE
+            if cube.where is not None
         ]
 
     # -- what moves them ------------------------------------------------------------------------
@@ -131,7 +132,7 @@ class Stock:
     def _run_belt(self, dt: float) -> None:
         for cube in self.belt.step(dt):
             self._deposit(self.cubes[cube], self._belt_box())
-        for cube in self.belt.places:
+        for cube in self.belt.carried:
             self._move(self.cubes[cube], Place.BELT)
 
     def _tidy(self, t: float) -> None:
@@ -171,7 +172,7 @@ class Stock:
         below = self._geometry.conveyor.from_cell(cup)
         if abs(below.z - self._geometry.edge) > vertical:
             return False
-        for cube, x in self.belt.places.items():
+        for cube, x in self.belt.carried.items():
             if (below.x - x) ** 2 + below.y**2 <= lateral**2:
                 return self._take(self.cubes[cube], Place.ROBOT)
         return False
@@ -209,7 +210,7 @@ class Stock:
             self.held_by_person = cube
         elif place is Place.ROBOT:
             self.held_by_robot = cube
-        cube.place = place
+        cube.place, cube.where = place, WHERE.get(place)
         self.changes.count += 1
 
     def _take(self, cube: CubeState | None, place: Place) -> bool:

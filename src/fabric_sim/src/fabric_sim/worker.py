@@ -19,6 +19,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+from mypy_extensions import mypyc_attr
 
 from .character import Character
 from .truth import Counters, Truth, anticipated_state
@@ -38,7 +39,7 @@ from .worker_events import (
     WorkerEvent,
     WorldView,
 )
-from .worker_model import ACTION_INDEX, STATE_INDEX, ModelLibrary
+from .worker_model import ACTION_INDEX, STATE_INDEX, ModelSource
 from .worker_parameters import SCENARIOS, WorkerParameterError, WorkerParameters, known
 from .worker_responses import RuleMemory, origin_of
 
@@ -49,6 +50,7 @@ _LASTING = ("tired", "no_attention", "recovery")
 _SETTLED = ("success", "failure", "recovery", "warns_the_robot", "task_assigned_to_robot")
 
 
+@mypyc_attr(allow_interpreted_subclasses=True)
 class Worker(LoneWorker):
     """One person beside a robot; times in s, not decreasing; all chance comes from generators.
 
@@ -61,7 +63,7 @@ class Worker(LoneWorker):
         character: Character,
         rng: np.random.Generator,
         parameters: WorkerParameters | None = None,
-        library: ModelLibrary | None = None,
+        library: ModelSource | None = None,
     ) -> None:
         super().__init__(character, rng, parameters, library)
         self.tasks_done = 0
@@ -174,12 +176,6 @@ class Worker(LoneWorker):
     def detected(self) -> bool:
         """Whether the person is at the place of work."""
         return not self.away
-
-    @property
-    def looking_around(self) -> bool:
-        """Whether the eyes are off the work; who stands lost in thought looks elsewhere too."""
-        lost = self.state == "no_attention" and self.action == "idle"
-        return lost or self.action == "look_around"
 
     @property
     def next_wakeup(self) -> float:

@@ -7,17 +7,19 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+from mypy_extensions import mypyc_attr
 
 from .character import Character
 from .truth import Counters, Truth
 from .worker_agenda import Agenda
 from .worker_events import HELD_BY_NOBODY, EventKind, WorkerEvent
-from .worker_model import ACTION_INDEX, STATE_INDEX, ModelLibrary, WorkerModel
+from .worker_model import ACTION_INDEX, STATE_INDEX, ModelLibrary, ModelSource, WorkerModel
 from .worker_parameters import ACTIONS, STATES, WorkerParameters
 from .worker_person import Person
 from .worker_responses import RuleMemory
 
 
+@mypyc_attr(allow_interpreted_subclasses=True)
 class LoneWorker:
     """The acting half of a Worker; knows a cube but neither a robot nor the task's status.
 
@@ -30,7 +32,7 @@ class LoneWorker:
         character: Character,
         rng: np.random.Generator,
         parameters: WorkerParameters | None = None,
-        library: ModelLibrary | None = None,
+        library: ModelSource | None = None,
     ) -> None:
         self._p = parameters or WorkerParameters.load()
         self.person = Person(character, self._p, library or ModelLibrary(self._p.model))
@@ -56,6 +58,12 @@ class LoneWorker:
         self._timing = getattr(self._p.timing, scenario)
         self._model: WorkerModel = self.person.model()
         self._slow = self.person.slowness(self._timing)
+
+    @property
+    def looking_around(self) -> bool:
+        """Whether the eyes are off the work; who stands lost in thought looks elsewhere too."""
+        lost = self.state == "no_attention" and self.action == "idle"
+        return lost or self.action == "look_around"
 
     def _emit(self, t: float, kind: EventKind, **details: Any) -> None:
         self._events.append(WorkerEvent(t, kind, self.state, self.action, **details))

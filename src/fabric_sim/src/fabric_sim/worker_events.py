@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import enum
-from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 # Numbers of fabric_msgs/Decision and fabric_msgs/RobotActionState; a test compares them.
@@ -41,8 +40,7 @@ class EventKind(enum.Enum):
     RETURNED = "returned"  # is in sight again
 
 
-@dataclass(frozen=True)
-class WorkerEvent:
+class WorkerEvent(NamedTuple):
     """One event; `t` in s, `state` is the worker's state when it happened."""
 
     t: float

@@ -11,9 +11,10 @@ import math
 from bisect import bisect_right
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
+from mypy_extensions import mypyc_attr
 
 from .character import INFLUENCES, Character
 from .worker_parameters import (
@@ -218,6 +219,7 @@ def conditioned(T: np.ndarray) -> np.ndarray:
     return rows / rows.sum(axis=2, keepdims=True)
 
 
+@mypyc_attr(allow_interpreted_subclasses=True)
 class WorkerModel:
     """T, R and policy of one character; the policy is solved when it is first asked for.
 
@@ -282,6 +284,14 @@ class WorkerModel:
         return bisect_right(cumulative, rng.random() * cumulative[-1])
 
 
+class ModelSource(Protocol):
+    """Where a worker has its models from: a ModelLibrary, or a file."""
+
+    def model(self, character: Character) -> WorkerModel:
+        """Return the model of a character."""
+
+
+@mypyc_attr(allow_interpreted_subclasses=True)
 class ModelLibrary:
     """Builds the models of characters and keeps them; one library may serve many workers."""
 

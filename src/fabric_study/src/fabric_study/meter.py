@@ -7,7 +7,7 @@ order by the stamps when the row is asked for.
 
 import math
 from bisect import bisect_left, bisect_right
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Sequence
 from pathlib import PurePath
 from typing import NamedTuple
@@ -97,6 +97,7 @@ class TaskMeter:
         self._policy = self._model = policy_name(policy)
         self._entropy: float | None = None
         self._observations: dict[int, Observation] = {}
+        self._observed_at: dict[int, float] = {}  # s, by the same sequence
         self._decisions: dict[int, Decision] = {}
         self._events: dict[int, TaskEvent] = {}
         self._truths: dict[int, TrueMoment] = {}
@@ -125,6 +126,7 @@ class TaskMeter:
         """Take an observation of the task."""
         if self._mine(observation):
             self._observations[observation.sequence] = observation
+            self._observed_at[observation.sequence] = to_seconds(observation)
 
     def on_decision(self, decision: Decision) -> None:
         """Take a decision of the task."""
@@ -213,7 +215,8 @@ class TaskMeter:
         observations (so decisions) made in the subtask before that one. A warning costs what it
         costs when the person gives it, told or not.
         """
-        stamps = sorted(self._observation_stamps())
+        stamps = sorted(self._observed_at.values())
+        told = self._told_of_ends()
         warnings = deque(self._warning_stamps())
         reward, begun = 0.0, 0  # number of observations that belong to earlier subtasks
         for event in self._ends_of_subtasks():
@@ -221,27 +224,22 @@ class TaskMeter:
             while warnings and warnings[0] <= t:
                 reward += WARNING_REWARD * _discount(stamps, warnings.popleft(), begun)
             reward += self._immediate(event) * _discount(stamps, t, begun)
-            begun = self._observed_by_end_of(event, stamps)
+            begun = bisect_left(stamps, t) + told[t]
         return reward + sum(WARNING_REWARD * _discount(stamps, t, begun) for t in warnings)
 
     def _mine(self, message: object) -> bool:
         return message.task_id == self._state.task_id  # type: ignore[attr-defined]
 
-    def _observation_stamps(self) -> list[float]:
-        return [to_seconds(observation) for observation in self._observations.values()]
-
-    def _observed_by_end_of(self, event: TaskEvent, stamps: list[float]) -> int:
-        """Count the observations up to the one that tells of this end of a subtask.
+    def _told_of_ends(self) -> Counter[float]:
+        """Count the observations that tell of the end of a subtask, by their time in s.
 
         What the person did in the same instant is observed after it and counts for the next.
         """
-        t = to_seconds(event)
-        told = sum(
-            1
-            for observation in self._observations.values()
-            if to_seconds(observation) == t and observation.trigger == Observation.TRIGGER_SUBTASK
+        return Counter(
+            self._observed_at[sequence]
+            for sequence, observation in self._observations.items()
+            if observation.trigger == Observation.TRIGGER_SUBTASK
         )
-        return bisect_left(stamps, t) + told
 
     def _ends_of_subtasks(self) -> list[TaskEvent]:
         events = [self._events[sequence] for sequence in sorted(self._events)]
@@ -332,10 +330,10 @@ class TaskMeter:
         for sequence, decision in self._decisions.items():
             names = self._states.get(decision.model_hash, [])
             observation = self._observations.get(sequence)
-            if observation is None or not set(names) & set(stage) or at_border(observation):
+            if observation is None or at_border(observation):
                 continue
-            index = bisect_right(stamps, to_seconds(observation)) - 1
-            if index < 0 or truths[index].word not in stage:
+            index = bisect_right(stamps, self._observed_at[sequence]) - 1
+            if index < 0 or truths[index].word not in stage or not set(names) & set(stage):
                 continue
             judged += 1
             right += names[_arg_max(decision.belief)] == truths[index].word
@@ -362,4 +360,8 @@ def _product(first: float | None, second: float | None) -> float | None:
 
 
 def _arg_max(values: Sequence[float]) -> int:
-    return max(range(len(values)), key=lambda index: values[index])
+    best = 0
+    for index in range(1, len(values)):
+        if values[index] > values[best]:
+            best = index
+    return best

@@ -6,20 +6,21 @@ from typing import Any
 
 import genpy
 
+from fabric_msgs.clock import micro, seconds_of, stamp_of
+
 
 def to_stamp(t: float) -> genpy.Time:
     """Return `t` s as a stamp; Time.from_sec would cut 12.35 s to 12.349999999 s."""
-    seconds, micros = divmod(round(t * 1e6), 10**6)
-    return genpy.Time(seconds, micros * 1000)
+    return stamp_of(t)
 
 
 def to_seconds(message: Any) -> float:
     """Return the stamp of a message with a header, s."""
-    return round(message.header.stamp.to_sec(), 6)
+    return seconds_of(message)
 
 
 def checked(t: float) -> float:
     """Return `t` to the microsecond. Raises ValueError when it is not finite."""
     if not math.isfinite(t):
         raise ValueError(f"time is {t}")
-    return round(t, 6)
+    return micro(t)

@@ -16,8 +16,7 @@ import enum
 import math
 from dataclasses import dataclass
 
-from std_msgs.msg import Header
-
+from fabric_msgs.clock import header_of, micro
 from fabric_msgs.msg import (
     Container,
     ContainerArray,
@@ -26,7 +25,7 @@ from fabric_msgs.msg import (
     TaskEvent,
     TaskState,
 )
-from fabric_study.stamps import checked, to_stamp
+from fabric_study.stamps import checked
 from fabric_study.tasks import TaskDefinition
 
 RESOLUTION = 1e-6  # s
@@ -78,16 +77,12 @@ class TaskManager:
         self._results: list[SubtaskResult] = []
         self._last_warning: float | None = None
         self._changed = False
-        self._state = TaskState(
-            task_id=task_id,
-            seed=seed,
-            scenario=definition.scenario,
-            definition=definition.name,
-            status=TaskState.WAITING,
-            rules=definition.sorting_rules(),
-            cube_colours=list(definition.cube_colours(seed)),
-            subtasks_total=definition.count,
-        )
+        self._state = state = TaskState()
+        state.task_id, state.seed = task_id, seed
+        state.scenario, state.definition = definition.scenario, definition.name
+        state.status, state.subtasks_total = TaskState.WAITING, definition.count
+        state.rules = definition.sorting_rules()
+        state.cube_colours = list(definition.cube_colours(seed))
 
     @property
     def state(self) -> TaskState:
@@ -183,9 +178,9 @@ class TaskManager:
             self._changed = False
             self._counters.states += 1
             self._state.sequence = self._counters.states
-            self._state.header = Header(stamp=to_stamp(self._time))
+            self._state.header = header_of(self._time)
             if self._state.status != TaskState.SHOWING_RULES:
-                self._state.duration = round(self._time - self._state.started, 6)
+                self._state.duration = micro(self._time - self._state.started)
         return events
 
     def _running(self) -> bool:
@@ -313,16 +308,11 @@ class TaskManager:
         score: int = 0,
     ) -> None:
         self._counters.events += 1
-        event = TaskEvent(
-            sequence=self._counters.events,
-            task_id=self._state.task_id,
-            kind=kind,
-            by=by,
-            cube_id=cube_id,
-            cube_colour=self._state.cube_colours[cube_id - 1] if cube_id else 0,
-            container=container,
-            score=score,
-        )
-        event.header.stamp = to_stamp(self._time)
+        event = TaskEvent.__new__(TaskEvent)  # every field is set here
+        event.header, event.sequence = header_of(self._time), self._counters.events
+        event.task_id, event.kind, event.by = self._state.task_id, kind, by
+        event.cube_id = cube_id
+        event.cube_colour = self._state.cube_colours[cube_id - 1] if cube_id else 0
+        event.container, event.score = container, score
         self._events.append(event)
         self._changed = True

@@ -50,7 +50,8 @@ class TaskDefinition:
             return self.order
         colours = sorted(self.rules)
         cubes = [colours[index % len(colours)] for index in range(self.count)]
-        random.Random(f"{seed}/cube_order").shuffle(cubes)
+        if self.count > 1:
+            random.Random(f"{seed}/cube_order").shuffle(cubes)
         return tuple(cubes)
 
     def fits(self, colour: int, label: str) -> bool:
