@@ -23,7 +23,7 @@ class ChangeDetector:
     the false alarms a task.
     """
 
-    def __init__(self, n_types: int, rate: float = 0.03, window: int = 10) -> None:
+    def __init__(self, n_types: int, rate: float = 0.05, window: int = 10) -> None:
         """rate in [0, 1), 0 never sounds; window >= 1: how many tasks ago a change is looked for.
 
         Raises ValueError naming what is out of range.
