@@ -70,7 +70,8 @@ def main(sources: Path, work: Path, packages: Path) -> int:
     sys.path.insert(0, str(sources / "fabric_msgs" / "src" / "fabric_msgs"))
     from compiled import FOLDER, MANIFEST, fingerprint  # noqa: PLC0415
 
-    modules = (HERE / "compiled.txt").read_text(encoding="utf-8").split()
+    lines = (HERE / "compiled.txt").read_text(encoding="utf-8").splitlines()
+    modules = [line for line in lines if not line.startswith("#")]
     files = [source_of(sources, module) for module in modules]
     manifest = {
         "made_for": {"suffix": sysconfig.get_config_var("EXT_SUFFIX")},
