@@ -1,15 +1,15 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """P(a take-over is accepted) = sum over types and states of beta(type) b(state) P(accept | both).
 
-A type is one of the known types tau together with a willingness u of the person's own, on a grid;
+The type is how willing the person is to be taken over, u ~ N(0, spread^2), on a grid:
 
-    P(accept | tau, u, s) = 1 / (1 + exp(-(e + x_s))),    e = mean + dials . (tau - 1/2) + u
+    P(accept | u, s) = 1 / (1 + exp(-(mean + u + x_s)))
 
-with u ~ N(0, spread^2). b(s) is the belief of the sorting model. beta starts as the belief over the
-known types by what was seen (Eq. 5.1) times the prior of u, and Bayes' rule multiplies it by
-the likelihood of every answer this person has given, and of every warning begun at other times,
-1 / (1 + exp(-(warning - reluctance (e - mean)))) an observation. All numbers (`Habits`) come from
-simulated people; no recording of a real person has a share in them.
+b(s) is the belief of the sorting model. beta starts as the prior of u, and Bayes' rule (Eq. 5.1)
+multiplies it by the likelihood of every answer this person has given, and of every warning begun at
+other times: 1 / (1 + exp(-(warning - reluctance u))) an observation. Beside it stands what the
+known types of ABPS say, recognised by looks alone: sum over tau of beta(tau) P(accept | tau). All
+numbers (`Habits`) come from simulated people; no recording of a real person has a share in them.
 """
 
 from __future__ import annotations
@@ -17,13 +17,12 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 import yaml
 from numpy.typing import NDArray
-from scipy.special import log_expit, logsumexp
+from scipy.special import expit, log_expit, logsumexp
 
 from fabric_sim.character import Character
 from fabric_sim.experiments.take_overs_watch import TakeOver
@@ -41,24 +40,25 @@ class HabitsError(ValueError):
 class Habits:
     """How people answer take-overs, in log-odds; see the head of this file.
 
-    dials: (4,) of expertise, stamina, attention, collaborativeness. states: x_s by name; a state
-    that is not named does not matter. model: SHA-256 of the sorting model they were learnt with.
-    people: how many were simulated.
+    states: x_s by name; a state that is not named does not matter. known, dials: of a known type,
+    known + dials . (tau - 1/2) with tau (4,) = expertise, stamina, attention, collaborativeness.
+    model: SHA-256 of the sorting model they were learnt with. people: how many were simulated.
     """
 
     mean: float
     spread: float
-    dials: tuple[float, float, float, float]
     warning: float
     reluctance: float
     states: dict[str, float]
+    known: float
+    dials: tuple[float, float, float, float]
     model: str = ""
     people: int = 0
 
     def __post_init__(self) -> None:
         numbers = {
             "mean": self.mean, "spread": self.spread, "warning": self.warning,
-            "reluctance": self.reluctance,
+            "reluctance": self.reluctance, "known": self.known,
             **{f"dials[{i}]": value for i, value in enumerate(self.dials)},
             **{f"states/{name}": value for name, value in self.states.items()},
         }  # fmt: skip
@@ -129,7 +129,7 @@ class History:
 @dataclass(frozen=True)
 class Predictions:
     """P(accept) of each take-over of a person, (n,) each: by state and type together, by either
-    with the other at its average, and by the known types alone (what was seen, not the answers)."""
+    with the other at its average, and by the known types, recognised by looks alone."""
 
     together: NDArray
     state: NDArray
@@ -142,59 +142,48 @@ class TypeStateModel:
 
     def __init__(self, habits: Habits, states: Sequence[str], types: Sequence[str]) -> None:
         """states: names of the sorting model's. types: names of the known types."""
-        self._habits = habits
-        dials = np.array([Character.parse(name).dials for name in types]) - 0.5
-        known = habits.mean + dials @ np.array(habits.dials)
-        self._e = (known[:, None] + habits.spread * GRID[None, :]).ravel()
+        self._u = habits.spread * GRID
         x = np.array([habits.states.get(name, 0.0) for name in states])
-        self._table = np.exp(log_expit(self._e[:, None] + x[None, :]))
-
-    @cached_property
-    def _prior(self) -> NDArray:
-        """ln of the prior of u, (n_grid,)."""
+        self._table = expit(habits.mean + self._u[:, None] + x[None, :])
+        self._by_type = expit(habits.mean + self._u)
         log = -0.5 * GRID**2
-        return log - logsumexp(log)
+        self._prior = log - logsumexp(log)
+        odds = habits.warning - habits.reluctance * self._u
+        self._began, self._not_begun = log_expit(odds), log_expit(-odds)
+        dials = np.array([Character.parse(name).dials for name in types]) - 0.5
+        self._by_looks = expit(habits.known + dials @ np.array(habits.dials))
 
     def predict(self, history: History) -> Predictions:
         """Return the chances; a row uses the answers that were known at it and no others."""
-        joint = np.clip(history.state @ self._table.T, LEAST, 1.0 - LEAST)
-        by_type = np.exp(log_expit(self._e))[None, :]
-        looks = self._looks(history.types)
-        learnt = looks + self._learnt(history, joint)
-        learnt -= logsumexp(learnt, axis=1, keepdims=True)
-        blank = self._looks(np.full_like(history.types, 1.0 / history.types.shape[1]))
+        joint = self._joint(history)
+        belief = self.belief(history)
+        prior = np.exp(self._prior)
         return Predictions(
-            together=_mean(learnt, joint),
-            state=_mean(blank, joint),
-            type=_mean(learnt, by_type),
-            known_types=_mean(looks, by_type),
+            together=(belief * joint).sum(axis=1),
+            state=joint @ prior,
+            type=belief @ self._by_type,
+            known_types=history.types @ self._by_looks,
         )
 
-    def log_likelihood(self, history: History) -> float:
-        """ln P of all answers and of the other warnings, nats."""
-        chance = self.predict(history).together
-        answers = np.where(history.accepted > 0.0, chance, 1.0 - chance)
-        blank = self._looks(history.types[-1:] * 0.0 + 1.0 / history.types.shape[1])
-        others = logsumexp(blank + self._others(history)[-1:])
-        return float(np.log(answers).sum() + others)
-
-    def _looks(self, types: NDArray) -> NDArray:
-        """ln of the belief over types before any answer, (n, n_types * n_grid)."""
-        return (np.log(types)[:, :, None] + self._prior[None, None, :]).reshape(len(types), -1)
-
-    def _learnt(self, history: History, joint: NDArray) -> NDArray:
-        """ln-likelihood of the answers known and the other warnings, (n, n_types * n_grid)."""
+    def belief(self, history: History) -> NDArray:
+        """beta over the grid of u at each take-over, (n, n_grid), rows sum to 1."""
+        joint = self._joint(history)
         accepted = history.accepted[:, None] > 0.0
         answers = np.where(accepted, np.log(joint), np.log1p(-joint))
-        return history.answered @ answers + self._others(history)
+        log = self._prior + history.answered @ answers + self._others(history)
+        return np.exp(log - logsumexp(log, axis=1, keepdims=True))
+
+    def log_likelihood(self, history: History) -> float:
+        """ln P of all answers, each given those before it, and of the other warnings, nats."""
+        chance = self.predict(history).together
+        answers = np.where(history.accepted > 0.0, chance, 1.0 - chance)
+        others = logsumexp(self._prior + self._others(history)[-1])
+        return float(np.log(answers).sum() + others)
+
+    def _joint(self, history: History) -> NDArray:
+        """P(accept | u) under the belief over states, (n, n_grid)."""
+        return np.clip(history.state @ self._table.T, LEAST, 1.0 - LEAST)
 
     def _others(self, history: History) -> NDArray:
-        h = self._habits
-        odds = h.warning - h.reluctance * (self._e - h.mean)
-        began, not_begun = log_expit(odds), log_expit(-odds)
-        return history.warned[:, None] * began + history.quiet[:, None] * not_begun
-
-
-def _mean(log_weight: NDArray, values: NDArray) -> NDArray:
-    """(n,): values (n or 1, m) under weights that sum to 1 in each row."""
-    return (np.exp(log_weight) * values).sum(axis=1)
+        """ln P of the other warnings so far, (n, n_grid)."""
+        return history.warned[:, None] * self._began + history.quiet[:, None] * self._not_begun
