@@ -8,6 +8,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
+import numpy as np
+
 from fabric_sim.experiments.long_term_ablation import AblationResult, ablation_lines
 from fabric_sim.experiments.long_term_run import ABPS, BASE, BEST, ORACLE, Adaptation, Convergence
 from fabric_sim.experiments.long_term_shifts import MEASURES
@@ -172,8 +174,15 @@ def facts(study: Study) -> str:
     return (
         f"The best constant policy is {best}; the oracle earns {signed_text(way, 2)} points a task "
         f"more. The moving regret {when} within 5 % of the best policy; from task {BY_TASK} on it "
-        f"is {percent(near.rest.value)} [{percent(near.rest.low)}, {percent(near.rest.high)}]."
+        f"is {percent(near.rest.value)} [{percent(near.rest.low)}, {percent(near.rest.high)}]. "
+        "ABPS called the person unlike anyone known after "
+        f"{percent(unlike_share(found))} of the tasks."
     )
+
+
+def unlike_share(found: Adaptation) -> float:
+    """Share of the tasks after which ABPS raised the flag "unlike anyone known"."""
+    return float(np.mean([course.unlike.mean() for course in found.courses[ABPS]]))
 
 
 def table_text(study: Study) -> str:
@@ -218,6 +227,7 @@ def json_lines(study: Study) -> list[dict[str, Any]]:
     for name in found.courses:
         share = asdict(closed_share(found, name))
         lines.append({"kind": "closed_share", "strategy": name, **share})
+    lines.append({"kind": "unlike_anyone_known", "share": unlike_share(found)})
     for i, share in enumerate(near.share):
         ends = {"low": float(near.low[i]), "high": float(near.high[i])}
         lines.append({"kind": "regret", "task": i + 1, "share": float(share), **ends})
