@@ -4,9 +4,12 @@
 from dataclasses import replace
 from pathlib import Path
 
+import genpy
 import numpy as np
 import pytest
+import rosbag
 
+from fabric_msgs.msg import Decision, ModelInfo, Observation, TaskState
 from fabric_planner.replay import COLUMNS, ReplayError
 from fabric_sim.batch_loop import Files
 from fabric_sim.experiments.take_overs import ArgumentError, arguments, main, score
@@ -127,6 +130,34 @@ def test_files_without_a_person_are_a_person_each_and_named(tmp_path):
     folder = read_folder(tmp_path)
     assert list(folder.people) == ["monday", "tuesday"]
     assert folder.nameless == ("monday.csv", "tuesday.csv")
+
+
+def bag(path, scenario):
+    """A task of our own: idle, then a grasp, then a warning."""
+    actions = (Decision.IDLE, Decision.GRASP, Decision.CANCEL)
+    with rosbag.Bag(str(path), "w") as file:
+        file.write("/fabric/task/state", TaskState(scenario=scenario), genpy.Time(1))
+        file.write("/fabric/model_info", ModelInfo(name=f"{scenario}_reactive"), genpy.Time(1))
+        for number, action in enumerate(actions, start=1):
+            seen_now = Observation(sequence=number, detected=True, warning=number == 3)
+            seen_now.header.stamp = genpy.Time(number)
+            file.write("/fabric/observation", seen_now, genpy.Time(number))
+            decision = Decision(observation_sequence=number, action=action)
+            file.write("/fabric/decision", decision, genpy.Time(number))
+
+
+def test_our_own_bags_are_read_like_other_recordings(tmp_path):
+    bag(tmp_path / "person02_task1_reactive.bag", "sorting")
+    (task,) = read_folder(tmp_path).people["person02"]
+    assert task.recording.robot == "reactive"
+    assert begins(task.recording.steps) == [Begin(1, True, True)]
+    assert not answer(task.recording.steps, 1).accepted
+
+
+def test_another_scenario_is_refused_by_file(tmp_path):
+    bag(tmp_path / "person02_task1_reactive.bag", "inspection")
+    with pytest.raises(ReplayError, match=r"person02_task1_reactive.bag: .*'inspection'"):
+        read_folder(tmp_path)
 
 
 def test_a_folder_that_is_none_or_holds_no_recording_is_refused(tmp_path):

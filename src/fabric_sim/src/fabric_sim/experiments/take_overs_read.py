@@ -12,6 +12,7 @@ from fabric_planner.replay import Recording, ReplayError, Step, read_csv
 from fabric_planner.replay_bag import read_bag
 
 SCENARIO = "sorting"
+UNKNOWN = "unknown"  # what the readers call a robot that a file does not name
 READERS = {".csv": read_csv, ".bag": read_bag}
 _NAME = re.compile(r"(?P<person>.+)_task(?P<task>\d+)_(?P<robot>[^_]+)$")
 
@@ -65,6 +66,8 @@ def read_folder(folder: Path) -> Folder:
     for path in paths:
         match = _NAME.match(path.stem)
         recording = _read(path)
+        if match and recording.robot == UNKNOWN:
+            recording.robot = match["robot"]
         if match:
             tasks.append(Task(match["person"], int(match["task"]), recording))
         else:
@@ -83,6 +86,7 @@ def _read(path: Path) -> Recording:
             f"{path}: was recorded in scenario '{recording.scenario}'; "
             f"take-overs are scored with the model of '{SCENARIO}'"
         )
+    recording.robot = recording.robot.removeprefix(f"{SCENARIO}_")
     return recording
 
 
