@@ -345,8 +345,10 @@ def test_the_report_stands_by_itself_and_holds_every_table(small_run):
 def test_the_figures_are_written_for_machines_too(small_run):
     lines = json.loads((small_run / "tests.json").read_text(encoding="utf-8"))
     kinds = {line["kind"] for line in lines}
-    assert kinds == {"mean", "abps_minus_best", "abps_minus", "gap", "closed_share", "regret",
-                     "converged", "ablation", "goal", "unlike_anyone_known"}  # fmt: skip
+    assert kinds == {
+        "mean", "abps_minus", "abps_minus_best", "abps_minus_constant_apart", "gap", "gap_apart",
+        "closed_share", "regret", "converged", "unlike_anyone_known", "ablation", "goal",
+    }  # fmt: skip
 
 
 def test_the_number_of_processes_changes_nothing(small_run, base, monkeypatch, tmp_path):

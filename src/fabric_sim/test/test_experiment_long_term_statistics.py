@@ -19,6 +19,7 @@ from fabric_sim.experiments.long_term_stats import (
     adaptation_goals,
     approach,
     closed_share,
+    constant_apart,
     convergence_goals,
     gap,
     moving_mean,
@@ -120,6 +121,16 @@ def test_the_gap_is_closed_by_the_share_of_the_way_to_the_oracle():
     assert gap(study).value == pytest.approx(1.0)
     assert closed_share(study).value == pytest.approx(0.8)
     assert closed_share(study, "b").value == pytest.approx(-1.0)
+
+
+def test_the_constant_chosen_apart_is_not_the_one_that_was_lucky_here():
+    study = adaptation({ABPS: 0.8, "a": 0.0, "b": 0.1, ORACLE: 1.0}, spread=0.0)
+    study.hindsight.rewards[:] = [0.2, 0.1]
+    assert constant_apart(study) == "a"
+    assert study.best_constant() == "b"
+    assert gap(study, "a").value == pytest.approx(1.0)
+    assert gap(study).value == pytest.approx(0.9)
+    assert closed_share(study, ABPS, "a").value == pytest.approx(0.8)
 
 
 def test_no_share_is_told_where_there_is_no_gap():

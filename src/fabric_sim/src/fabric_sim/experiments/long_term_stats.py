@@ -108,18 +108,26 @@ def reward_tests(study: Adaptation) -> dict[str, Comparison]:
     return holm({name: compare_orders(study, ABPS, name, "reward") for name in names})
 
 
-def gap(study: Adaptation) -> Interval:
-    """Oracle minus best constant, points a task, with its interval over orders."""
-    base = study.per_order(study.best_constant(), "reward")
+def constant_apart(study: Adaptation) -> str:
+    """The constant policy that earned most in the tasks that the oracle's policies were chosen by.
+
+    It is chosen as the oracle is, while the best constant also profits from luck in these orders.
+    """
+    return study.library[int(study.hindsight.rewards.mean(axis=0).argmax())]
+
+
+def gap(study: Adaptation, constant: str | None = None) -> Interval:
+    """Oracle minus a constant, by default the best one, points a task; interval over orders."""
+    base = study.per_order(constant or study.best_constant(), "reward")
     return mean_of(study.per_order(ORACLE, "reward") - base)
 
 
-def closed_share(study: Adaptation, strategy: str = ABPS) -> Interval:
-    """How much of the way from the best constant (0) to the oracle (1) a strategy goes.
+def closed_share(study: Adaptation, strategy: str = ABPS, constant: str | None = None) -> Interval:
+    """How much of the way from a constant (0), by default the best, to the oracle (1) is gone.
 
     With a bootstrap interval over orders; NaN where there is no gap to be closed.
     """
-    names = (strategy, study.best_constant(), ORACLE)
+    names = (strategy, constant or study.best_constant(), ORACLE)
     return share_of_way(*(study.per_order(name, "reward") for name in names), seed=1)
 
 
