@@ -7,6 +7,7 @@ import pytest
 
 from fabric_sim import batch_bench
 from fabric_sim.batch_bench import Work
+from fabric_sim.batch_train import Measured
 
 
 def test_figures_are_medians_of_what_the_processes_did():
@@ -30,3 +31,17 @@ def test_figures_are_medians_of_what_the_processes_did():
 def test_a_senseless_number_of_repetitions_is_refused(capsys):
     assert batch_bench.main(["--repeats", "0"]) == 2
     assert "--repeats is 0" in capsys.readouterr().err
+
+
+def test_a_full_training_is_told_from_a_share_of_it(monkeypatch):
+    asked = []
+
+    def measured(library, processes, share, seed):
+        asked.append((library.scenario, processes, share))
+        return Measured("sorting", 600, 28800, 2.0)
+
+    monkeypatch.setattr(batch_bench, "measure_training", measured)
+    found = batch_bench.full_training("sorting", 12)
+    assert asked == [("sorting", 2, 12)]
+    assert found["value"] == pytest.approx(16 * 20 * 90 / 300.0)
+    assert (found["target"], found["met"], found["tasks_run"]) == (60.0, False, 600)

@@ -4,8 +4,9 @@
 Whole tasks of the headless runner, with another person in every task and a robot whose policy was
 solved beforehand: in one process, in two at once, and as the baseline of the same run in one that
 goes through every tick. The repetitions of all three take turns, so that a busy machine hits them
-alike; figures are medians over the repetitions. With --json each figure is one JSON object on its
-own line, the first of them the hardware.
+alike; figures are medians over the repetitions. Then how long a full training of ABPS takes, told
+from a share of it. With --json each figure is one JSON object on its own line, the first of them
+the hardware.
 """
 
 from __future__ import annotations
@@ -21,12 +22,14 @@ from dataclasses import dataclass
 from multiprocessing.connection import Connection
 
 import fabric_planner as fp
+from fabric_abps import Library
 from fabric_msgs.msg import Decision, Observation
 from fabric_planner.bench_record import Figure, beside, figure, hardware
 from fabric_planner.bench_report import line, table
 from fabric_sim.batch_decider import AgentDecider
 from fabric_sim.batch_files import Files
 from fabric_sim.batch_loop import HeadlessRun, RunSetup
+from fabric_sim.batch_train import measure as measure_training
 from fabric_sim.truth import Truth
 
 POLICY = "proactive"
@@ -34,6 +37,9 @@ SEED = 101
 TASKS = {"inspection": 400, "sorting": 40}  # of a repetition in one process
 TICKING_SHARE = 0.1  # of them in the baseline
 TARGET = {"inspection": 2000.0}  # tasks/s of two processes
+FULL = 16 * 20 * 90  # tasks of a full training: types, policies, tasks of each pair
+SHARE = {"inspection": 4, "sorting": 12}  # one chunk in so many of a training is run
+TRAINING_TARGET = {"sorting": 60.0}  # s with two processes
 
 
 class TimedDecider(AgentDecider):
@@ -135,7 +141,7 @@ class Crew:
 
 
 def measure(scenario: str, repeats: int, tasks: int) -> Iterator[Figure]:
-    """All figures of a scenario."""
+    """The figures of tasks of a scenario."""
     crew = Crew(scenario)
     ticking = max(1, round(TICKING_SHARE * tasks))
     crew.work(2, tasks)  # fills what is worked out once
@@ -147,6 +153,25 @@ def measure(scenario: str, repeats: int, tasks: int) -> Iterator[Figure]:
         slow.append(crew.work(1, ticking, True))
     crew.close()
     yield from figures(scenario, ones, twos, slow)
+
+
+def everything(scenario: str, repeats: int, tasks: int, quick: bool) -> Iterator[Figure]:
+    """All figures of a scenario, on a tenth of the work if quick."""
+    less = 10 if quick else 1
+    yield from measure(scenario, repeats, tasks // less)
+    yield full_training(scenario, SHARE[scenario] * less)
+
+
+def full_training(scenario: str, share: int) -> Figure:
+    """How long a full training with twenty policies takes, told from every share-th chunk of it."""
+    package = Files().share("fabric_abps")
+    folder = package / "library" / scenario
+    library = Library.load(folder if folder.is_dir() else package / "config/library.yaml", scenario)
+    found = measure_training(library, 2, share, SEED)
+    return _figure(
+        "full_training", scenario, FULL / found.rate, "s", at_most=TRAINING_TARGET.get(scenario),
+        detail="2 processes", policies=len(library.names), tasks_run=found.tasks,
+    )  # fmt: skip
 
 
 def figures(
@@ -206,7 +231,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     ]
     print(json.dumps(measured[0]) if arguments.json else line(measured[0]), flush=True)
     for scenario, tasks in TASKS.items():
-        for found in measure(scenario, arguments.repeats, tasks // (10 if arguments.quick else 1)):
+        for found in everything(scenario, arguments.repeats, tasks, arguments.quick):
             print(json.dumps(found) if arguments.json else line(found), flush=True)
             measured.append(found)
     if not arguments.json:
