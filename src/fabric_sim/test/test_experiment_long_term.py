@@ -285,7 +285,7 @@ def small_run(tmp_path_factory, base):
     """Folder of a study of two policies with two orders of two people."""
     folder = tmp_path_factory.mktemp("study") / "run"
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(long_term, "shipped", lambda scenario: base)
+        patch.setattr(long_term, "shipped", lambda *_: base)
         words = [*WORDS, "--jobs", "1", "--out", str(folder)]
         assert command.main(["long-term", *words]) == 0
     return folder
@@ -352,7 +352,7 @@ def test_the_figures_are_written_for_machines_too(small_run):
 
 
 def test_the_number_of_processes_changes_nothing(small_run, base, monkeypatch, tmp_path):
-    monkeypatch.setattr(long_term, "shipped", lambda scenario: base)
+    monkeypatch.setattr(long_term, "shipped", lambda *_: base)
     assert long_term.main([*WORDS, "--jobs", "2", "--out", str(tmp_path / "two")]) == 0
     for name in ("shifts.csv", "tasks.csv", "tests.json"):
         assert (tmp_path / "two" / name).read_bytes() == (small_run / name).read_bytes()
@@ -368,11 +368,18 @@ def test_a_folder_that_holds_a_run_is_left_alone(small_run, capsys):
 def test_models_from_outside_that_are_all_broken_end_the_command(
     tmp_path, base, monkeypatch, capsys
 ):
-    monkeypatch.setattr(long_term, "shipped", lambda scenario: base)
+    monkeypatch.setattr(long_term, "shipped", lambda *_: base)
     (tmp_path / "broken.pomdpx").write_text("<pomdpx", encoding="utf-8")
     words = [*WORDS, "--also", str(tmp_path), "--out", str(tmp_path / "run")]
     assert long_term.main(words) == 2
     assert "broken.pomdpx" in capsys.readouterr().err
+
+
+def test_a_library_without_what_was_trained_on_it_ends_the_command(tmp_path, capsys):
+    words = [*WORDS, "--library", str(tmp_path), "--out", str(tmp_path / "run")]
+    assert long_term.main(words) == 2
+    assert "library.yaml" in capsys.readouterr().err
+    assert not (tmp_path / "run").exists()
 
 
 @pytest.mark.parametrize(
@@ -383,6 +390,7 @@ def test_models_from_outside_that_are_all_broken_end_the_command(
         (["--tasks", "0"], "less than 1"),
         (["--scenario", "kitchen"], "kitchen"),
         (["--also", "/nowhere/at/all"], "no folder"),
+        (["--library", "/nowhere/at/all"], "no folder"),
         (["--seed", "one"], "one"),
     ],
 )

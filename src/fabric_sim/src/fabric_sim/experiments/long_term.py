@@ -20,7 +20,7 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from fabric_abps import Policy
+from fabric_abps import Library, Policy, TrainedModels
 from fabric_sim.batch_files import Files
 from fabric_sim.experiments.long_term_ablation import AblationResult, run_ablations
 from fabric_sim.experiments.long_term_report import report_html
@@ -61,6 +61,7 @@ class Plan:
     tasks: int
     workers: int
     repeats: int
+    library: Path | None
     also: Path | None
     ablations: bool
     jobs: int
@@ -79,12 +80,15 @@ class Plan:
         for name in ("orders", "workers"):
             if sizes[name] < 2:
                 parser.error(f"--{name}: 2 or more are needed to compare")
-        if given.also is not None and not given.also.is_dir():
-            parser.error(f"--also: {given.also} is no folder")
+        for name in ("library", "also"):
+            folder = getattr(given, name)
+            if folder is not None and not folder.is_dir():
+                parser.error(f"--{name}: {folder} is no folder")
         return cls(
             scenario=given.scenario,
             seed=given.seed,
             **sizes,
+            library=given.library,
             also=given.also,
             ablations=not (given.quick or given.no_ablations),
             jobs=given.jobs or multiprocessing.cpu_count(),
@@ -116,6 +120,9 @@ def _parser() -> argparse.ArgumentParser:
         parser.add_argument(f"--{name}", type=positive, help=f"{what} ({full}; quick: {quick})")
     parser.add_argument(
         "--also", type=Path, metavar="FOLDER", help="POMDPX policies from outside, as baselines"
+    )
+    parser.add_argument(
+        "--library", type=Path, metavar="FOLDER", help="written by ./fabric train (the shipped one)"
     )
     parser.add_argument("--no-ablations", action="store_true", help="leave the ablations out")
     parser.add_argument("--jobs", type=positive, help="processes (one a core)")
@@ -152,10 +159,17 @@ def strategies(base: Strategy) -> Iterator[Strategy]:
         yield replace(base, name=criterion, title=title, parameters=parameters)
 
 
-def shipped(scenario: str) -> Strategy:
-    """ABPS as the robot runs it. Raises ValueError when library and models do not fit."""
+def shipped(scenario: str, folder: Path | None = None) -> Strategy:
+    """ABPS as the robot runs it; folder: with the library and models of another training.
+
+    Raises ValueError when library and models do not fit.
+    """
     selector = Files().selector(scenario)
-    return Strategy(ABPS, TITLES[ABPS], selector.library, selector.models, selector.parameters)
+    library, models = selector.library, selector.models
+    if folder is not None:
+        library, models = Library.load(folder, scenario), TrainedModels.load(folder / "models.npz")
+        models.check(library)
+    return Strategy(ABPS, TITLES[ABPS], library, models, selector.parameters)
 
 
 def run_study(plan: Plan, base: Strategy) -> Study:
@@ -226,6 +240,12 @@ def _write_rows(path: Path, rows: Iterable[dict[str, Any]]) -> None:
     writer.close()
 
 
+def _plain(plan: Plan) -> dict[str, Any]:
+    """The plan as JSON takes it; where it writes is no part of it."""
+    words = {name: str(v) if isinstance(v, Path) else v for name, v in asdict(plan).items()}
+    return {**words, "out_dir": ""}
+
+
 def main(words: Sequence[str]) -> int:
     """Run the experiment; 0 when it ran, whatever it found, 2 when it cannot be run."""
     plan = Plan.parse(words)
@@ -233,8 +253,8 @@ def main(words: Sequence[str]) -> int:
         print(f"{plan.out_dir} holds the results of another run; name a new --out", file=sys.stderr)
         return 2
     try:
-        base = shipped(plan.scenario)
-        record = RunRecord(plan.out_dir, {**asdict(plan), "also": str(plan.also), "out_dir": ""})
+        base = shipped(plan.scenario, plan.library)
+        record = RunRecord(plan.out_dir, _plain(plan))
         study = run_study(plan, base)
     except ValueError as error:
         print(f"long-term: {error}", file=sys.stderr)
