@@ -19,22 +19,28 @@ def world(noise: float = 0.0):
     return np.array(rows) + noise * rng.standard_normal((len(rows), 40))
 
 
-def kept(utility: np.ndarray) -> list[int]:
-    """A library of five, the all-rounder always in it, from a short list of nine."""
+def ends_kept(utility: np.ndarray, size: int) -> list[int]:
+    """For which ends a library, the all-rounder always in it, keeps specialists."""
     short = shortlist(utility, DIALS, 9, [0])
-    return [short[i] for i in choose(utility[short], DIALS, 5, [0])]
+    chosen = [short[i] for i in choose(utility[short], DIALS, size, [0])]
+    assert chosen[0] == 0
+    assert 9 not in chosen
+    return sorted((i - 1) % 4 for i in chosen[1:])
 
 
 def test_of_twins_one_is_kept_and_the_weak_never() -> None:
-    chosen = kept(world())
-    assert chosen[0] == 0
-    assert sorted((i - 1) % 4 for i in chosen[1:]) == [0, 1, 2, 3]
-    assert 9 not in chosen
+    assert ends_kept(world(), 5) == [0, 1, 2, 3]
 
 
-def test_noise_of_a_few_tasks_does_not_hide_who_is_good_for_whom() -> None:
-    chosen = kept(world(noise=0.5))
-    assert sorted((i - 1) % 4 for i in chosen[1:]) == [0, 1, 2, 3]
+def test_noise_of_thirty_tasks_does_not_hide_who_is_good_for_whom() -> None:
+    assert set(ends_kept(world(noise=0.37), 6)) == {0, 1, 2, 3}
+
+
+def test_a_level_is_no_shape() -> None:
+    """Three who differ in how good they are for everybody, two who differ in for whom."""
+    ramp = DIALS[:, 2] - 0.5
+    utility = np.array([np.full(40, 4.0), 3.9 + ramp, 3.85 + ramp, 3.8 + ramp, 3.9 - ramp])
+    assert sorted(choose(utility, DIALS, 3, [0])) == [0, 1, 4]
 
 
 def test_what_is_always_kept_comes_first_however_weak() -> None:

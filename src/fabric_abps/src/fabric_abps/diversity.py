@@ -5,6 +5,7 @@ All work on the performance of candidates, the mean utility (n_candidates, n_peo
 earned from each of the same people.
 """
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 from scipy.cluster.hierarchy import fcluster, linkage
 
 RIDGE = 0.3  # weight of the ridge penalty in `smoothed`
+CHOICE = 1.25  # so many candidates for each place in a library are clustered
 
 
 def smoothed(utility: NDArray, dials: NDArray) -> NDArray:
@@ -37,11 +39,14 @@ def shortlist(utility: NDArray, dials: NDArray, count: int, always: Sequence[int
     best for somebody. Raises ValueError as `choose` does.
     """
     _check(utility, count, always)
-    expected = smoothed(utility, dials)
+    return sorted(_strongest(smoothed(utility, dials), count, always))
+
+
+def _strongest(expected: NDArray, count: int, always: Sequence[int]) -> list[int]:
     weakness = (expected.max(axis=0) - expected).min(axis=1)
     weakness[list(always)] = -1.0
-    order = sorted(range(len(utility)), key=lambda i: (weakness[i], -expected[i].mean(), i))
-    return sorted(order[:count])
+    order = sorted(range(len(expected)), key=lambda i: (weakness[i], -expected[i].mean(), i))
+    return order[:count]
 
 
 def clusters(utility: NDArray, count: int) -> NDArray:
@@ -57,15 +62,18 @@ def clusters(utility: NDArray, count: int) -> NDArray:
 def choose(utility: NDArray, dials: NDArray, size: int, always: Sequence[int]) -> list[int]:
     """Indices of the library's candidates: `always` first, the others by mean utility.
 
-    utility: (n_candidates, n_people) points; dials: (n_people, n_dials) in [0, 1]. The candidates
-    are clustered, and of each cluster the one is kept that adds most to what the best of the
-    library for each person earns. Raises ValueError when a figure is not finite or there are fewer
+    utility: (n_candidates, n_people) points; dials: (n_people, n_dials) in [0, 1]. The weakest (see
+    `shortlist`) are dropped, the rest clustered by for whom they are better than on average, and of
+    each cluster the one is kept that adds most to what the best of the library for each person
+    earns. Raises ValueError when a figure is not finite or there are fewer
     candidates than the library takes.
     """
     _check(utility, size, always)
     expected = smoothed(utility, dials)
-    left = [i for i in range(len(utility)) if i not in always]
-    label = clusters(expected[left], size - len(always)) if size > len(always) else []
+    pool = _strongest(expected, math.ceil(CHOICE * size), always)
+    left = sorted(set(pool) - set(always))
+    shape = expected[left] - expected[left].mean(axis=1, keepdims=True)
+    label = clusters(shape, size - len(always)) if size > len(always) else []
     chosen = list(always)
     for number in sorted(set(label), key=lambda n: -expected[left][label == n].max()):
         members = [left[i] for i in np.flatnonzero(label == number)]
