@@ -46,7 +46,7 @@ def folder(tmp_path_factory) -> Path:
     for name in ("one", "two"):
         (folder / f"{name}.pomdpx").write_text(f"<!-- {name} -->")
     library = Library.load(folder / "library.yaml", "tiny")
-    train(library, ("idler", "warner"), run_job, 6, 1).save(folder / "tiny.npz")
+    train(library, ("idler", "warner"), run_job, 6, 1).save(folder / "models.npz")
     return folder
 
 
@@ -129,8 +129,12 @@ def node(master: str, folder: Path, memory: Path, robot: Robot) -> Iterator[subp
     """The ABPS node of P07; it dies by SIGKILL."""
     robot.forget()
     settings = vars(SelectorParameters()) | {"criterion": "greedy"}
-    parameters = {"library": str(folder / "library.yaml"), "models": str(folder / "tiny.npz")}
-    parameters |= {"scenario": "tiny", "person": "P07", "memory": str(memory)}
+    parameters = {
+        "library": str(folder),
+        "scenario": "tiny",
+        "person": "P07",
+        "memory": str(memory),
+    }
     ServerProxy(master).setParam("/test", "/abps", parameters | {"selector": settings})
     process = subprocess.Popen([sys.executable, str(NODE)], stderr=subprocess.PIPE, text=True)
     try:

@@ -275,6 +275,7 @@ WORDS = (
     Word("scheduler", "", "host:port of a Dask scheduler; empty is here", scheduler, ("train",)),
     Word("out_dir", "", "folder of the libraries; empty is where ABPS looks", folder, ("train",)),
     Word("jobs", "0", "processes; 0 is one a core", seed, ("batch", "train")),
+    Word("library", "", "abps: folder of a trained library; empty is the shipped one", folder),
     Word("selector", "", "abps: a file in place of config/selector.yaml", settings),
     Word("person", "", "abps: code to keep what is learnt of them under, as P07", person, ("sim",)),
     Word("memory", "runs/people", "abps: folder of what is kept of persons", folder, ("sim",)),

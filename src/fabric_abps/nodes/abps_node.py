@@ -122,10 +122,15 @@ class AbpsNode:
         self._belief.publish(message)
 
 
+def models_file() -> Path:
+    """What was trained on the library; it lies in its folder."""
+    return Path(rospy.get_param("~library")) / "models.npz"
+
+
 def load_selector() -> Selector:
-    """From the private parameters library, scenario, models and selector."""
+    """From the private parameters library (a folder), scenario and selector."""
     library = Library.load(rospy.get_param("~library"), rospy.get_param("~scenario"))
-    models = TrainedModels.load(rospy.get_param("~models"))
+    models = TrainedModels.load(models_file())
     return Selector(library, models, SelectorParameters.load(rospy.get_param("~selector")))
 
 
@@ -134,7 +139,7 @@ def load_memory(selector: Selector) -> Memory | None:
     person = str(rospy.get_param("~person"))
     if not person:
         return None
-    models = fingerprint(Path(rospy.get_param("~models")))
+    models = fingerprint(models_file())
     memory = Memory(rospy.get_param("~memory"), person, selector.library.scenario, models)
     if memory.load(selector):
         rospy.loginfo(f"abps: {person} is known from {selector.tasks_seen} tasks")

@@ -51,6 +51,7 @@ class Plan:
     jobs: int
     out_dir: Path
     selector: str = ""  # file of ABPS' parameters
+    library: str = ""  # folder of ABPS' library
 
     @classmethod
     def parse(cls, words: Sequence[str]) -> Plan:
@@ -66,15 +67,26 @@ class Plan:
             jobs=int(value["jobs"]) or multiprocessing.cpu_count(),
             out_dir=Path(value["out_dir"]),
             selector=value["selector"],
+            library=value["library"],
         )
 
     def job_list(self) -> list[Job]:
         """One job a run, policy by policy."""
         return [
-            (RunSetup(self.scenario, self.human, policy, seed, selector=self.selector), self.tasks)
+            (self._setup(policy, seed), self.tasks)
             for policy in self.policies
             for seed in self.seeds
         ]
+
+    def _setup(self, policy: str, seed: int) -> RunSetup:
+        return RunSetup(
+            self.scenario,
+            self.human,
+            policy,
+            seed,
+            selector=self.selector,
+            library=self.library,
+        )
 
 
 def run_job(job: Job) -> list[Done]:

@@ -93,14 +93,14 @@ class Files:
             fallback=values["fallback_action"],
         )
 
-    def selector(self, scenario: str, parameters: str = "") -> Selector:
-        """ABPS over the shipped library with its trained models; parameters: a file in place of
-        the shipped selector.yaml. Raises ValueError naming a parameter, OSError without the file.
+    def selector(self, scenario: str, parameters: str = "", library: str = "") -> Selector:
+        """ABPS over a library with its trained models. parameters, library: file and folder in
+        place of the shipped ones. Raises ValueError naming what is wrong with them, OSError
+        without the file of parameters.
         """
         package = self.share("fabric_abps")
-        config = package / "config"
-        library = Library.load(config / "library.yaml", scenario)
-        models = TrainedModels.load(package / f"models/{scenario}.npz")
-        path = Path(parameters) if parameters else config / "selector.yaml"
+        folder = Path(library) if library else package / "library" / scenario
+        path = Path(parameters) if parameters else package / "config/selector.yaml"
         values = yaml.safe_load(path.read_text(encoding="utf-8"))
-        return Selector(library, models, SelectorParameters.load(values))
+        models = TrainedModels.load(folder / "models.npz")
+        return Selector(Library.load(folder, scenario), models, SelectorParameters.load(values))

@@ -58,6 +58,7 @@ class RunSetup:
     seed: int = 1
     noise: float | None = None  # probability in place of `confusion` in sensing.yaml
     selector: str = ""  # file of ABPS' parameters, in place of selector.yaml
+    library: str = ""  # folder of ABPS' library, in place of the shipped one
 
     def __post_init__(self) -> None:
         if self.noise is not None and not 0.0 <= self.noise <= 1.0:  # refuses NaN as well
@@ -141,7 +142,7 @@ class HeadlessRun:
         self._definition = files.definition(setup.scenario)
         self._selector = selector
         if setup.policy == "abps" and selector is None:
-            self._selector = files.selector(setup.scenario, setup.selector)
+            self._selector = files.selector(setup.scenario, setup.selector, setup.library)
         self._decider = decider or self._default_decider(files)
         self._motion = fp.MotionAgent(files.motion())
         self._observer = ObservationAgent()
