@@ -212,7 +212,7 @@ def strategies_figure(study: Study) -> str:
             gained = mean_of(found.per_order(name, "reward") - base)
             colour, half = _colour(found, name), (gained.high - gained.low) / 2.0
             if gained.value < FAR:
-                panel.text(FAR, row, f"{gained.value:+.2f} ", color=colour, va="center")
+                panel.text(FAR, row, f"  {gained.value:+.2f}", color=colour, va="center")
             else:
                 panel.errorbar(gained.value, row, xerr=half, fmt="o", color=colour, capsize=3)
         panel.set_yticks(range(len(names)), [study.title(name) for name in names])
@@ -230,7 +230,7 @@ def _colour(found: Adaptation, name: str) -> str:
         return COLOURS["best"]
     if name in found.courses:
         return "#56B4E9"
-    return "#bbbbbb" if name in found.library else "#CC79A7"
+    return "#888888" if name in found.library else "#CC79A7"
 
 
 def choices_figure(study: Study) -> str:
