@@ -9,7 +9,7 @@ from conftest import POLICIES
 from fabric_abps import Library, LibraryError
 
 ENTRY = "{name: waits, model: waits.pomdpx, about: It waits.}"
-SHIPPED = Path(__file__).parent.parent / "config" / "library.yaml"
+SHIPPED = Path(__file__).parent.parent / "library"
 
 
 def test_policies_come_in_the_order_of_the_index_with_paths_beside_it(library, index) -> None:
@@ -20,7 +20,7 @@ def test_policies_come_in_the_order_of_the_index_with_paths_beside_it(library, i
 
 @pytest.mark.parametrize("scenario", ["inspection", "sorting"])
 def test_shipped_libraries_load_and_start_with_the_proactive_policy(scenario) -> None:
-    library = Library.load(SHIPPED, scenario)
+    library = Library.load(SHIPPED / scenario, scenario)
     assert library.base == "proactive"
     assert "reactive" in library.names
 

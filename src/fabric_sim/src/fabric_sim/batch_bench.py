@@ -164,9 +164,7 @@ def everything(scenario: str, repeats: int, tasks: int, quick: bool) -> Iterator
 
 def full_training(scenario: str, share: int) -> Figure:
     """How long a full training with twenty policies takes, told from every share-th chunk of it."""
-    package = Files().share("fabric_abps")
-    folder = package / "library" / scenario
-    library = Library.load(folder if folder.is_dir() else package / "config/library.yaml", scenario)
+    library = Library.load(Files().share("fabric_abps") / "library" / scenario, scenario)
     found = measure_training(library, 2, share, SEED)
     return _figure(
         "full_training", scenario, FULL / found.rate, "s", at_most=TRAINING_TARGET.get(scenario),
