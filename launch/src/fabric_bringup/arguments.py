@@ -354,6 +354,15 @@ def with_words(arguments: Sequence[str], *names: str) -> list[str]:
     return result
 
 
+NOTES = {  # what else a command takes
+    "train": ["--scheduler HOST:PORT is another way to write scheduler:=HOST:PORT"],
+    "replay": [
+        "file:= may be left out before the path; unless given, out_dir is runs/replay-NAME",
+        "with a folder of trials in its place: ./fabric replay FOLDER [out_dir:=DIR] [seed:=1]",
+    ],
+}
+
+
 def usage(command: str) -> str:
     """One line a word, with its default."""
     lines = [f"usage: ./fabric {command} [name:=value ...]"]
@@ -362,7 +371,7 @@ def usage(command: str) -> str:
         lines.append(f"  {word.name + ':=' + default:<32} {word.meaning}")
     if "human" in words_of(command):
         lines.append("types of people: " + ", ".join(HUMAN_TYPES))
-    return "\n".join(lines)
+    return "\n".join(lines + NOTES.get(command, []))
 
 
 def main(arguments: Sequence[str]) -> int:
