@@ -64,12 +64,20 @@ class AbpsNode:
         before, choice = self._selector.choice, self._selector.reconsider()
         if before is None or choice is None:
             return
-        response = self._set_model(str(choice.path), True)
-        if response.accepted:
-            self._publish_choice(choice, choice.reason)
-        else:
-            rospy.logerr(f"abps: {before.policy} stays: {response.reason}")
+        refused = self._refused(choice)
+        if refused:
+            rospy.logerr_throttle(60.0, f"abps: {before.policy} stays: {refused}")
             self._selector.take_back(before)
+        else:
+            self._publish_choice(choice, choice.reason)
+
+    def _refused(self, choice: Choice) -> str:
+        """Ask the planner for a policy; why it does not take it, or nothing."""
+        try:
+            response = self._set_model(str(choice.path), True)
+        except rospy.ServiceException as error:
+            return f"planner/set_model failed: {error}"
+        return "" if response.accepted else response.reason or "refused"
 
     def _on_event(self, message: TaskEvent) -> None:
         if self._selector.on_task_event(message):

@@ -125,6 +125,7 @@ def test_impossible_settings_are_refused(arguments, message) -> None:
         ({"evidence": [[float("nan")] * N_TYPES]}, "not finite"),
         ({"people": [[0.0] * N_TYPES] * 3}, "positive"),
         ({"people": [[1.0, 2.0]]}, "reshape"),
+        ({"tasks": -3}, "change: tasks must be a whole number >= 0, got -3"),
     ],
 )
 def test_a_damaged_state_is_refused(change, message) -> None:

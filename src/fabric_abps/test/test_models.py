@@ -188,3 +188,16 @@ def test_files_that_are_no_models_are_refused(tmp_path) -> None:
     (tmp_path / "empty.npz").write_bytes(b"")
     with pytest.raises(ModelsError, match="empty.npz"):
         TrainedModels.load(tmp_path / "empty.npz")
+
+
+def test_a_file_with_wrong_bytes_is_refused_wherever_they_are(models, tmp_path) -> None:
+    path = tmp_path / "m.npz"
+    models.save(path)
+    whole, refused = path.read_bytes(), 0
+    for place in range(0, len(whole), max(1, len(whole) // 200)):
+        path.write_bytes(whole[:place] + b"\xff\xff\xff" + whole[place + 3 :])
+        try:
+            TrainedModels.load(path)  # bytes that nobody reads may be anything
+        except ModelsError as error:
+            refused += str(path) in str(error)
+    assert refused > 150

@@ -101,7 +101,10 @@ def _edit(memory: Memory, **changes) -> None:
         ({"state": {"log_belief": [None, 0, 0]}}, "belief must be"),
         ({"state": {"p_values": [[2.0, 0.5, 0.5]]}}, "p_values"),
         ({"state": {"change": {}}}, "entry 'tasks' is missing|entry 'people' is missing"),
-        ({"state": {"tasks_seen": "many"}}, "many"),
+        ({"state": {"tasks_seen": "many"}}, "tasks_seen must be a whole number >= 0, got 'many'"),
+        ({"state": {"tasks_seen": -1}}, "tasks_seen must be a whole number >= 0, got -1"),
+        ({"state": {"tasks_seen": float("inf")}}, "tasks_seen .* got inf"),
+        ({"state": {"log_belief": [10**400, 0, 0]}}, "too large"),
         ({"state": {"criterion_memory": [1.0]}}, "remembers nothing"),
     ],
 )
@@ -119,7 +122,10 @@ def test_a_file_that_does_not_fit_is_refused_and_nothing_changes(
     assert selector.state() == Selector(library, models, known.parameters).state()
 
 
-@pytest.mark.parametrize("content", [b"", b"{", b"[1]", b"\xff\xfe", b'{"format": NaN}'])
+@pytest.mark.parametrize(
+    "content",
+    [b"", b"{", b"[1]", b"\xff\xfe", b'{"format": NaN}', pytest.param(b"[" * 99999, id="deep")],
+)
 def test_a_damaged_file_is_refused_by_name(library, models, memory, content) -> None:
     memory.path.parent.mkdir()
     memory.path.write_bytes(content)

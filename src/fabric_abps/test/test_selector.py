@@ -181,6 +181,24 @@ def test_parameters_are_refused_by_name(library, models) -> None:
         SelectorParameters.load({})
 
 
+@pytest.mark.parametrize(
+    ("name", "value", "kind"),
+    [
+        ("criterion", ["greedy"], "text"),
+        ("forgetting", "little", "a number"),
+        ("alarm_rate", None, "a number"),
+        ("switch_margin", True, "a number"),
+        ("alarm_window", 2.5, "a whole number"),
+        ("switch_inside", 1, "true or false"),
+    ],
+)
+def test_a_parameter_of_another_kind_is_refused_by_name_and_value(name, value, kind) -> None:
+    with pytest.raises(ValueError) as caught:
+        SelectorParameters.load(vars(SelectorParameters()) | {name: value})
+    assert str(caught.value) == f"parameter '{name}' must be {kind}, got {value!r}"
+    assert SelectorParameters.load(vars(SelectorParameters()) | {"forgetting": 0})
+
+
 def test_a_failed_attempt_is_seen_in_the_rising_count_only_once() -> None:
     encoder = SignalEncoder()
     counts = (0, 1, 1, 2, 0)

@@ -11,6 +11,13 @@ from scipy.special import logsumexp
 CONCENTRATION = 2.0  # of the Dirichlet prior over a person's mixture of types, in tasks
 
 
+def whole(name: str, value: object) -> int:
+    """The value, which must be a whole number >= 0; raises ValueError naming it."""
+    if not isinstance(value, int) or isinstance(value, bool) or value < 0:
+        raise ValueError(f"{name} must be a whole number >= 0, got {value!r}")
+    return value
+
+
 class ChangeDetector:
     """Compares "the same person as before" with "somebody new since task k", for every late k.
 
@@ -99,8 +106,9 @@ class ChangeDetector:
             raise ValueError("change: holds a number that is not finite")
         if not (people > 0).all():
             raise ValueError("change: counts of a person must be positive")
+        tasks = whole("change: tasks", state["tasks"])
         self.reset()
-        self.tasks, self._people, self._log_odds = int(state["tasks"]), people, odds
+        self.tasks, self._people, self._log_odds = tasks, people, odds
         self._evidence.extend(evidence)
         self._forget_the_oldest()
 

@@ -5,6 +5,8 @@ from dataclasses import dataclass, fields
 
 from fabric_abps.criteria import CRITERIA
 
+KINDS = {str: "text", float: "a number", int: "a whole number", bool: "true or false"}
+
 
 @dataclass(frozen=True)
 class SelectorParameters:
@@ -26,18 +28,19 @@ class SelectorParameters:
     def load(cls, values: dict) -> "SelectorParameters":
         """From a dictionary of all fields, as a robot's configuration.
 
-        Raises ValueError naming a missing or unknown field, or a criterion that needs what only an
-        experiment knows.
+        Raises ValueError naming a field that is missing, unknown or of another kind, or a criterion
+        that needs what only an experiment knows.
         """
-        names = [field.name for field in fields(cls)]
-        for name in names:
+        kinds = {field.name: type(field.default) for field in fields(cls)}
+        for name in values:
+            if name not in kinds:
+                raise ValueError(f"parameter '{name}' is unknown")
+        for name, kind in kinds.items():
             if name not in values:
                 raise ValueError(f"parameter '{name}' is missing")
-        for name in values:
-            if name not in names:
-                raise ValueError(f"parameter '{name}' is unknown")
-        kind = CRITERIA.get(values["criterion"])
-        if kind is not None and kind().told_by_experiments:
+            _check_kind(name, values[name], kind)
+        criterion = CRITERIA.get(values["criterion"])
+        if criterion is not None and criterion().told_by_experiments:
             raise ValueError(
                 f"criterion '{values['criterion']}' learns from what only an experiment can tell"
             )
@@ -54,3 +57,10 @@ class SelectorParameters:
             raise ValueError(f"switch_inside must be true or false: {self.switch_inside}")
         if not 0 <= self.switch_margin < float("inf"):
             raise ValueError(f"switch_margin must be >= 0 and finite: {self.switch_margin}")
+
+
+def _check_kind(name: str, value: object, kind: type) -> None:
+    """Raises ValueError unless the value is of the kind; a whole number is a number, too."""
+    allowed = (int, float) if kind is float else kind
+    if not isinstance(value, allowed) or isinstance(value, bool) != (kind is bool):
+        raise ValueError(f"parameter '{name}' must be {KINDS[kind]}, got {value!r}")

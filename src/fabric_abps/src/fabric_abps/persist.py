@@ -70,14 +70,14 @@ class Memory:
             selector.restore(document["state"])
         except KeyError as error:
             raise MemoryFileError(f"{self.path}: entry {error} is missing") from error
-        except (ValueError, TypeError) as error:
+        except (ValueError, TypeError, OverflowError) as error:
             raise MemoryFileError(f"{self.path}: {error}") from error
         return True
 
     def _checked(self, text: str) -> dict:
         try:
             document = json.loads(text)
-        except ValueError as error:
+        except (ValueError, RecursionError) as error:
             raise MemoryFileError(f"{self.path}: not a JSON file: {error}") from error
         if not isinstance(document, dict):
             raise MemoryFileError(f"{self.path}: must hold an object")

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fabric_abps.belief import TypeBelief
-from fabric_abps.change import ChangeDetector
+from fabric_abps.change import ChangeDetector, whole
 from fabric_abps.criteria import make_criterion
 from fabric_abps.evidence import TaskEvidence
 from fabric_abps.explain import Explanation, in_words, moves
@@ -210,8 +210,8 @@ class Selector:
     def restore(self, state: dict) -> None:
         """Go on with the person of a `state`, between two tasks.
 
-        Raises ValueError, KeyError or TypeError when it does not fit; the selector is as after
-        `reset` then.
+        Raises ValueError, KeyError, TypeError or OverflowError when it does not fit; the selector
+        is as after `reset` then.
         """
         self.reset()
         if state["types"] != self.belief.types:
@@ -221,9 +221,9 @@ class Selector:
             self._change.restore(state["change"])
             if state["criterion"] == self.parameters.criterion:
                 self._criterion.memory = state["criterion_memory"]
-            tasks_seen = int(state["tasks_seen"])
+            tasks_seen = whole("tasks_seen", state["tasks_seen"])
             self.belief.log_probability = state["log_belief"]
-        except (ValueError, KeyError, TypeError):
+        except (ValueError, KeyError, TypeError, OverflowError):
             self.reset()
             raise
         self.tasks_seen = tasks_seen
