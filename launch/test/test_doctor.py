@@ -58,6 +58,15 @@ def test_a_busy_master_port_is_told_and_another_one_chosen(monkeypatch):
     assert ports.is_free(ports.choose())
 
 
+def test_graphs_side_by_side_do_not_all_want_the_usual_port(monkeypatch):
+    with socket.socket() as held:
+        held.bind(("", 0))
+        monkeypatch.setattr(ports, "USUAL", held.getsockname()[1])
+    assert ports.choose() == ports.USUAL
+    assert ports.any_free() != ports.USUAL
+    assert ports.is_free(ports.any_free())
+
+
 def test_a_python_that_does_not_see_ros_is_told(monkeypatch, tmp_path):
     fake = tmp_path / "python3"
     fake.write_text("#!/bin/sh\nexit 1\n")

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The ABPS node alone: what it knows of a person survives its death, and ends on request."""
+"""The ABPS node alone: what it knows of a person survives its death, and ends on request; it goes
+on without a planner."""
 
 from __future__ import annotations
 
-import socket
+import json
 import subprocess
 import sys
 import threading
@@ -16,7 +17,8 @@ import pytest
 import rospy
 
 from fabric_abps import Job, Library, SelectorParameters, train
-from fabric_msgs.msg import Observation, PolicyChoice, TaskEvent, TypeBelief
+from fabric_bringup import ports
+from fabric_msgs.msg import Decision, Heartbeat, Observation, PolicyChoice, TaskEvent, TypeBelief
 from fabric_msgs.srv import ResetTypes, SelectPolicy
 
 DEADLINE = 60.0  # s, wall time for any one condition
@@ -53,9 +55,7 @@ def folder(tmp_path_factory) -> Path:
 @pytest.fixture(scope="module")
 def master(folder: Path) -> Iterator[str]:
     """Address of a ROS master that this process is a node of."""
-    with socket.socket() as free:
-        free.bind(("", 0))
-        port = free.getsockname()[1]
+    port = ports.any_free()
     environment = {
         "ROS_MASTER_URI": f"http://localhost:{port}",
         "ROS_HOSTNAME": "localhost",
@@ -82,12 +82,17 @@ class Robot(rospy.SubscribeListener):
         super().__init__()
         self._news = threading.Condition()
         self._beliefs: list[TypeBelief] = []
-        self._listeners = 0
+        self._listeners, self._handled = 0, {}
         self._publish = {
             kind: rospy.Publisher(topic, kind, subscriber_listener=self, queue_size=100)
-            for topic, kind in (("observation", Observation), ("task/event", TaskEvent))
+            for topic, kind in (
+                ("observation", Observation),
+                ("decision", Decision),
+                ("task/event", TaskEvent),
+            )
         }
         rospy.Subscriber("abps/type_belief", TypeBelief, self._take)
+        rospy.Subscriber("heartbeat", Heartbeat, self._count)
 
     def peer_subscribe(self, *_: object) -> None:
         with self._news:
@@ -99,24 +104,40 @@ class Robot(rospy.SubscribeListener):
             self._beliefs.append(belief)
             self._news.notify_all()
 
+    def _count(self, heartbeat: Heartbeat) -> None:
+        with self._news:
+            self._handled = {entry.topic: entry.count for entry in heartbeat.handled}
+            self._news.notify_all()
+
     def meet(self) -> TypeBelief:
         """Wait until a node that was just started listens; return its first belief."""
         with self._news:
             assert self._news.wait_for(lambda: self._listeners and self._beliefs, DEADLINE)
-            assert self._news.wait_for(lambda: self._listeners >= 2, DEADLINE)
+            assert self._news.wait_for(lambda: self._listeners >= len(self._publish), DEADLINE)
             return self._beliefs[-1]
 
     def forget(self) -> None:
         with self._news:
             self._listeners, self._beliefs = 0, []
 
+    def _show(self, task_id: int, number: int, code: int, **fields) -> None:
+        message = Observation(task_id=task_id, sequence=number, detected=True, **fields)
+        message.idle, message.warning = code == IDLE, code == WARNING
+        self._publish[Observation].publish(message)
+
+    def decide(self, task_id: int, number: int, code: int) -> None:
+        """The person does something and the planner answers it; wait until the node has handled
+        both."""
+        self._show(task_id, number, code, trigger=Observation.TRIGGER_ACTION_CHANGE)
+        self._publish[Decision].publish(Decision(task_id=task_id, observation_sequence=number))
+        both = {"observation": number, "decision": number}
+        with self._news:
+            assert self._news.wait_for(lambda: self._handled.items() >= both.items(), DEADLINE)
+
     def play(self, task_id: int, code: int) -> TypeBelief:
         """A whole task in which the person does one thing; return the belief after it."""
         for number in range(5):
-            message = Observation(task_id=task_id, sequence=number + 1, detected=True)
-            message.idle, message.warning = code == IDLE, code == WARNING
-            message.task_success = number == 4
-            self._publish[Observation].publish(message)
+            self._show(task_id, number + 1, code, task_success=number == 4)
         self._publish[TaskEvent].publish(TaskEvent(task_id=task_id, kind=TaskEvent.TASK_SUCCEEDED))
         with self._news:
             done = self._news.wait_for(lambda: self._beliefs[-1].task_id == task_id, DEADLINE)
@@ -125,10 +146,12 @@ class Robot(rospy.SubscribeListener):
 
 
 @contextmanager
-def node(master: str, folder: Path, memory: Path, robot: Robot) -> Iterator[subprocess.Popen]:
+def node(
+    master: str, folder: Path, memory: Path, robot: Robot, **settings: object
+) -> Iterator[subprocess.Popen]:
     """The ABPS node of P07; it dies by SIGKILL."""
     robot.forget()
-    settings = vars(SelectorParameters()) | {"criterion": "greedy"}
+    settings = vars(SelectorParameters()) | {"criterion": "greedy"} | settings
     parameters = {
         "library": str(folder),
         "scenario": "tiny",
@@ -173,3 +196,17 @@ def test_a_file_that_cannot_be_used_ends_the_node_and_stays(master, folder, tmp_
     assert process.returncode == 1
     assert f"abps: {kept}: not a JSON file" in told
     assert kept.read_text() == "{"
+
+
+def test_without_a_planner_the_policy_stays_and_the_task_is_credited_to_it(
+    master, folder, tmp_path
+) -> None:
+    robot = Robot()
+    with node(master, folder, tmp_path, robot, switch_inside=True, switch_margin=0.0):
+        robot.meet()
+        assert select(1).policy == "one"
+        for number in range(1, 4):  # any policy but "one" is better with a person who warns
+            robot.decide(1, number, WARNING)
+        assert select(2).policy == "two"  # nothing was switched before
+    kept = json.loads((tmp_path / "P07_tiny.json").read_text())
+    assert len(kept["state"]["p_values"]) == 1  # none for a task that several policies share

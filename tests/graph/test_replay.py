@@ -39,7 +39,7 @@ time_s,source,looking_around,detected,grasp_attempt,warning,idle,task_success,ta
 @contextmanager
 def replaying(folder: Path, recording: Path, *words: str) -> Iterator[subprocess.Popen]:
     """replay.launch with a master of its own; what it says is on stdout."""
-    port = ports.choose()
+    port = ports.any_free()
     environment = os.environ | {
         "ROS_MASTER_URI": f"http://localhost:{port}",
         "ROS_HOSTNAME": "localhost",

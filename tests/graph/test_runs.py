@@ -24,7 +24,7 @@ DEADLINE = 240  # s, wall time for a whole run
 @contextmanager
 def running(folder: Path, *words: str) -> Iterator[subprocess.Popen]:
     """sim.launch with a master of its own; what it says is on stdout."""
-    port = ports.choose()
+    port = ports.any_free()
     environment = os.environ | {
         "ROS_MASTER_URI": f"http://localhost:{port}",
         "ROS_HOSTNAME": "localhost",

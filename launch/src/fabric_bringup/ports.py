@@ -21,8 +21,11 @@ def is_free(port: int) -> bool:
 
 def choose() -> int:
     """The usual port of a ROS master if it is free, else any free one."""
-    if is_free(USUAL):
-        return USUAL
+    return USUAL if is_free(USUAL) else any_free()
+
+
+def any_free() -> int:
+    """A free port that is nobody's first choice: for graphs that may start side by side."""
     with socket.socket() as other:
         other.bind(("", 0))
         return other.getsockname()[1]
