@@ -373,6 +373,21 @@ def test_models_from_outside_that_are_all_broken_end_the_command(
     words = [*WORDS, "--also", str(tmp_path), "--out", str(tmp_path / "run")]
     assert long_term.main(words) == 2
     assert "broken.pomdpx" in capsys.readouterr().err
+    record = json.loads((tmp_path / "run/run.json").read_text(encoding="utf-8"))
+    assert record["status"] == "failed"
+    assert "broken.pomdpx" in record["reason"]
+
+
+def test_a_study_that_cannot_be_reported_ends_with_a_sentence(base, monkeypatch, tmp_path, capsys):
+    def refuse(*_):
+        raise ValueError("the best policies earn -1.00 a task")
+
+    monkeypatch.setattr(long_term, "shipped", lambda *_: base)
+    monkeypatch.setattr(long_term, "run_study", lambda *_: None)
+    monkeypatch.setattr(long_term, "write", refuse)
+    assert long_term.main([*WORDS, "--out", str(tmp_path)]) == 2
+    assert capsys.readouterr().err == "long-term: the best policies earn -1.00 a task\n"
+    assert json.loads((tmp_path / "run.json").read_text())["status"] == "failed"
 
 
 def test_a_library_without_what_was_trained_on_it_ends_the_command(tmp_path, capsys):

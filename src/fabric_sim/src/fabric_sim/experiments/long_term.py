@@ -254,12 +254,17 @@ def main(words: Sequence[str]) -> int:
         return 2
     try:
         base = shipped(plan.scenario, plan.library)
-        record = RunRecord(plan.out_dir, _plain(plan))
-        study = run_study(plan, base)
     except ValueError as error:
         print(f"long-term: {error}", file=sys.stderr)
         return 2
-    paths = write(plan, study)
+    record = RunRecord(plan.out_dir, _plain(plan))
+    try:
+        study = run_study(plan, base)
+        paths = write(plan, study)
+    except ValueError as error:
+        record.end("failed", str(error))
+        print(f"long-term: {error}", file=sys.stderr)
+        return 2
     record.end("finished")
     tell(table_text(study), json_lines(study), paths, plan.as_json)
     return 0

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
@@ -30,6 +29,7 @@ from fabric_sim.experiments.long_term_stats import (
     reward_tests,
 )
 from fabric_sim.experiments.paired import Comparison, mean_of
+from fabric_sim.experiments.shell import without_nan
 from fabric_sim.experiments.short_term_table import (
     aligned_text,
     interval_text,
@@ -260,16 +260,7 @@ def json_lines(study: Study) -> list[dict[str, Any]]:
         lines.append({"kind": "ablation", **asdict(line)})
     lines += [{"kind": "refused", "reason": reason} for reason in study.refused]
     lines += [{"kind": "goal", **goal._asdict()} for goal in goals(study)]
-    return [clean(line) for line in lines]
-
-
-def clean(content: Any) -> Any:
-    """Return nested content with None in place of what is not finite."""
-    if isinstance(content, dict):
-        return {key: clean(value) for key, value in content.items()}
-    if isinstance(content, float) and not math.isfinite(content):
-        return None
-    return content
+    return without_nan(lines)
 
 
 def shift_rows(found: Adaptation) -> Sequence[dict[str, Any]]:

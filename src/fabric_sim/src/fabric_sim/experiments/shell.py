@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import math
 import sys
 from collections.abc import Iterable
 from datetime import datetime
@@ -23,6 +24,17 @@ def positive(text: str) -> int:
 def new_folder(name: str) -> Path:
     """Return `runs/<date>_<time>_<name>`, where an experiment writes unless told otherwise."""
     return Path("runs") / f"{datetime.now().strftime('%Y-%m-%d_%H-%M-%S')}_{name}"
+
+
+def without_nan(content: Any) -> Any:
+    """Return nested content as JSON takes it, with None in place of what is not finite."""
+    if isinstance(content, dict):
+        return {key: without_nan(value) for key, value in content.items()}
+    if isinstance(content, (list, tuple)):
+        return [without_nan(value) for value in content]
+    if isinstance(content, float) and not math.isfinite(content):
+        return None
+    return content
 
 
 def tell(text: str, lines: Iterable[dict[str, Any]], paths: Iterable[Path], as_json: bool) -> None:

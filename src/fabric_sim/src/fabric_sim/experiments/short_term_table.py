@@ -18,6 +18,7 @@ from fabric_sim.experiments.paired import (
     share_of_way,
 )
 from fabric_sim.experiments.robots import TITLES, Believed
+from fabric_sim.experiments.shell import without_nan
 from fabric_study.meter import Value
 
 Rows = Sequence[Mapping[str, Value]]
@@ -325,10 +326,12 @@ def json_lines(study: Study) -> list[dict[str, Any]]:
     lines: list[dict[str, Any]] = []
     for noise in study.noises:
         lines += [
-            _clean(line) for robot in study.robots for line in _robot_lines(study, noise, robot)
+            without_nan(line)
+            for robot in study.robots
+            for line in _robot_lines(study, noise, robot)
         ]
         lines += [
-            _clean({"kind": "goal", "noise": noise, **goal._asdict()})
+            without_nan({"kind": "goal", "noise": noise, **goal._asdict()})
             for goal in goals(study, noise)
         ]
     return lines
@@ -350,11 +353,3 @@ def _robot_lines(study: Study, noise: float, robot: str) -> list[dict[str, Any]]
     for name, way in ways(study, noise, robot).items():
         lines.append({"kind": "way_to_oracle", **place, "measure": name, **asdict(way)})
     return lines
-
-
-def _clean(content: Any) -> Any:
-    if isinstance(content, dict):
-        return {key: _clean(value) for key, value in content.items()}
-    if isinstance(content, float) and not math.isfinite(content):
-        return None
-    return content

@@ -11,6 +11,7 @@ from typing import Any
 
 from fabric_sim.experiments.human_models_report import columns_text
 from fabric_sim.experiments.paired import Interval
+from fabric_sim.experiments.shell import without_nan
 from fabric_sim.experiments.take_overs_belief import Habits
 from fabric_sim.experiments.take_overs_compare import (
     IDLE,
@@ -194,7 +195,7 @@ def json_of(result: Result) -> dict[str, Any]:
         "comparisons": [_json_part(result, part) for part in result.parts],
         "take_overs": take_overs,
     }
-    return _without_nan(content)
+    return without_nan(content)
 
 
 def _json_part(result: Result, part: Part) -> dict[str, Any]:
@@ -204,16 +205,6 @@ def _json_part(result: Result, part: Part) -> dict[str, Any]:
         "scores": [{**asdict(line), "ours": line.name in OURS} for line in part.lines],
         "rules": {name: asdict(value) for name, value in found.items()},
     }  # fmt: skip
-
-
-def _without_nan(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {key: _without_nan(item) for key, item in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_without_nan(item) for item in value]
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return value
 
 
 def roc_svg(result: Result) -> str:
