@@ -37,6 +37,14 @@ from fabric_sim.character import named_generator
 
 MapJobs = Callable[[Callable[[Any], Any], Iterable[Any]], Iterable[Any]]
 Progress = Callable[[int, int], None]
+HELP = {
+    "candidates": "drawn around the base model",
+    "children": "drawn between the best of them",
+    "people": "random points of the character cube",
+    "first": "tasks of each person with each candidate; 0: 6, sorting 2",
+    "second": "the same on the short list; 0: 30, sorting 5",
+    "size": "policies of the library",
+}
 ALWAYS = (BASE, "reactive")  # the baselines, in every library
 TASKS = {"inspection": (6, 30), "sorting": (2, 5)}  # of a person with a candidate, first and second
 LEAST = {"candidates": 1, "children": 0, "people": 1, "first": 0, "second": 0, "size": len(ALWAYS)}
@@ -218,11 +226,12 @@ def main(words: Sequence[str] | None = None) -> int:
 
     parser = argparse.ArgumentParser(description="Build the policy library of a scenario.")
     parser.add_argument("scenario", choices=list(TASKS))
-    parser.add_argument("folder", type=Path)
-    parser.add_argument("--seed", type=int, default=101)
-    parser.add_argument("--jobs", type=int, default=os.cpu_count())
-    for name in ("candidates", "children", "people", "first", "second", "size"):
-        parser.add_argument(f"--{name}", type=int, default=getattr(Plan, name))
+    parser.add_argument("folder", type=Path, help="a library in it is replaced at the end")
+    parser.add_argument("--seed", type=int, default=101, help="root of all randomness (101)")
+    parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="processes (one a core)")
+    for name, what in HELP.items():
+        default = getattr(Plan, name)
+        parser.add_argument(f"--{name}", type=int, default=default, help=f"{what} ({default})")
     given = vars(parser.parse_args(words))
     folder, jobs = given.pop("folder"), given.pop("jobs")
     plan = Plan(**given)
