@@ -2,8 +2,9 @@
 """The simulated Magician: straight lines of the tool with a trapezoid of speed, and suction."""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -111,8 +112,7 @@ class Arm:
         self.suction = False
         self._pose = parameters.home  # where the last move ended or was stopped
         self._move: _Move | None = None
-        # The same few moves are asked for again and again, and the check of a line takes long.
-        self._refusal = lru_cache(CHECKS_KEPT)(self._check)
+        self._refusal = _checks(limits)
 
     @property
     def pose(self) -> ToolPose:
@@ -179,15 +179,24 @@ class Arm:
         self._pose, self._move = move.pose(), None
         return [ArmResult(move.number, MoveArmResult.REACHED, "")] if move.number else []
 
-    def _check(self, start: ToolPose, goal: Goal) -> Refusal | None:
-        return check_goal(goal, self._limits) or check_path(start, goal.pose, self._limits)
-
     def _plan(self, number: int, start: ToolPose, goal: Goal) -> _Move:
         p = self._parameters
         length = math.dist(start[:3], goal.pose[:3])
         profile = Trapezoid(length, goal.speed, p.acceleration)
         turn = abs(goal.pose.yaw - start.yaw) / p.yaw_speed
         return _Move(number, start, goal, profile, turn)
+
+
+@lru_cache
+def _checks(limits: Limits) -> Callable[[ToolPose, Goal], Refusal | None]:
+    """What checks a move from a pose to a goal; it remembers, as the check of a line takes long and
+    every arm under the same limits is asked for the same few moves.
+    """
+    return lru_cache(CHECKS_KEPT)(partial(_check, limits))
+
+
+def _check(limits: Limits, start: ToolPose, goal: Goal) -> Refusal | None:
+    return check_goal(goal, limits) or check_path(start, goal.pose, limits)
 
 
 def load_arm(path: str | Path) -> ArmParameters:

@@ -124,7 +124,7 @@ class Cell:
         """Take a MotionCommand of the motion agent; it acts from the next tick on."""
         kind, number, x, y, z, yaw, speed, settle = command.parts
         if kind == "MOVE":
-            self.move(number, goal_of((x, y, z), yaw, speed, settle))
+            self.move(number, _goal_of((x, y, z), yaw, speed, settle))
         elif kind == "CANCEL":
             self.cancel(number)
         elif kind in ("SUCTION_ON", "SUCTION_OFF"):
@@ -155,7 +155,7 @@ class Cell:
 
     def on_robot_state(self, state: RobotActionState) -> None:
         """Let the person see what the robot does."""
-        robot = RobotView(state.current, state.phase)
+        robot = _robot_view(state.current, state.phase)
         self._stirred |= robot != self._robot
         self._robot = robot
 
@@ -380,6 +380,14 @@ class Cell:
         self._contents_changed = False
         self._container_changes += 1
         return reports.containers(t, self._container_changes, self.stock, self._contents)
+
+
+_goal_of = lru_cache(1024)(goal_of)  # the places of the cell are few
+
+
+@lru_cache
+def _robot_view(current: int, phase: int) -> RobotView:
+    return RobotView(current, phase)
 
 
 @lru_cache

@@ -31,7 +31,11 @@ FRAME = "cell"
 
 def header(t: float, frame: str = FRAME) -> Header:
     """A header stamped t seconds, to the nanosecond."""
-    return Header(stamp=genpy.Time(*divmod(round(1e9 * t), 10**9)), frame_id=frame)
+    nanos = round(1e9 * t)
+    message, stamp = Header.__new__(Header), genpy.Time.__new__(genpy.Time)  # every field is set
+    stamp.secs, stamp.nsecs = nanos // 10**9, nanos % 10**9
+    message.seq, message.stamp, message.frame_id = 0, stamp, frame
+    return message
 
 
 def single(value: float) -> float:
@@ -70,7 +74,9 @@ def containers(
         row.id, row.owner, row.label = tray.id, tray.owner, tray.label
         row.cube_ids, row.cube_colours = list(ids), colours
         rows.append(row)
-    return ContainerArray(header(t), sequence, rows)
+    message = ContainerArray.__new__(ContainerArray)
+    message.header, message.sequence, message.containers = header(t), sequence, rows
+    return message
 
 
 def activity(t: float, percept: Percept) -> HumanActivity:

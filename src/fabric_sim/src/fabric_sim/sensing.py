@@ -75,6 +75,7 @@ class PersonSensor:
         self._rng = rng
         self._actual: tuple[Behaviour, int] | None = None
         self._shown: _Stretch | None = None
+        self._percept: Percept | None = None  # of what is shown, of a person in view
         self._posterior: tuple[float, ...] = ()  # of what is shown
         self._coming: list[_Stretch] = []
         self._seen = 0.0
@@ -94,12 +95,10 @@ class PersonSensor:
     def still(self, t: float) -> Percept:
         """What is recognised at time t (s), before `wakeup`, of a person who goes on alike."""
         assert self._shown is not None
-        age = 0.0
-        if self._shown.taken_for.present:
+        if self._percept is not None:
             self._seen = t
-        else:
-            age = micro(t - self._seen)
-        return Percept(self._shown.taken_for, self._posterior, age, False)
+            return self._percept
+        return Percept(self._shown.taken_for, self._posterior, micro(t - self._seen), False)
 
     def knows(self, behaviour: Behaviour, episode: int) -> bool:
         """Whether this goes on from the last call."""
@@ -137,6 +136,8 @@ class PersonSensor:
 
     def _show(self, stretch: _Stretch) -> None:
         self._shown, self._posterior = stretch, stretch.posterior()
+        seen = stretch.taken_for
+        self._percept = Percept(seen, self._posterior, 0.0, False) if seen.present else None
 
     def _confuse(self, behaviour: Behaviour) -> Behaviour:
         """The behaviour, or with the probability `confusion` what it is mistaken for."""

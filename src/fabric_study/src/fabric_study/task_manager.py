@@ -254,16 +254,12 @@ class TaskManager:
         self._state.score += score
         self._count(success, by)
         self._event(kind, by, cube_id=cube_id, container=container, score=score)
-        self._results.append(
-            SubtaskResult(
-                number=len(self._scored),
-                success=success,
-                by=by,
-                cube_colour=self._state.cube_colours[cube_id - 1],
-                container=container,
-                duration=self._time - self._subtask_began,
-            )
-        )
+        result = SubtaskResult.__new__(SubtaskResult)  # every field is set here
+        result.number, result.success, result.by = len(self._scored), success, by
+        result.cube_colour = self._state.cube_colours[cube_id - 1]
+        result.container = container
+        result.duration = self._time - self._subtask_began
+        self._results.append(result)
         self._go_on()
 
     def _score(self, success: bool, by: int) -> int:
