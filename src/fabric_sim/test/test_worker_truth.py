@@ -11,7 +11,7 @@ WILLING, UNWILLING = 0.9, 0.1
 
 
 def word(state, action="idle", accepts=WILLING, sorting=False, **counters):
-    return anticipated_state(state, action, Counters(**counters), accepts, sorting, P)
+    return anticipated_state(state, action, Counters(**counters), lambda: accepts, sorting, P)
 
 
 @pytest.mark.parametrize(
@@ -137,3 +137,11 @@ def test_the_rule_is_total_and_speaks_the_words_of_the_models():
     }
     words.add(word("evaluating", sorting=True, last_was_right=True))
     assert words == set(ANTICIPATED)
+
+
+def test_the_acceptance_is_asked_for_only_where_it_decides():
+    def accepts():
+        raise AssertionError("a person at work is at work, whatever help would be welcome")
+
+    word = anticipated_state("evaluating", "idle", Counters(), accepts, False, P)
+    assert word == "task_assigned_to_human"

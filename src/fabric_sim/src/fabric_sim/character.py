@@ -49,6 +49,8 @@ class Character:
     def __post_init__(self) -> None:
         for field in fields(self):
             value = getattr(self, field.name)
+            if type(value) is float and 0.0 <= value <= 1.0:
+                continue
             if isinstance(value, bool) or not isinstance(value, Real):
                 raise CharacterError(f"{field.name} is {value!r}; allowed: a number in [0, 1]")
             value = float(value)
@@ -152,7 +154,8 @@ def human_of_task(spec: str, seed: int, task_number: int) -> Character:
     if str(spec).strip() == "mixed":
         block, place = divmod(task_number - 1, len(CORNERS))
         return list(CORNERS.values())[_mixed_order(seed, block)[place]]
-    return Character.parse(spec, named_generator(seed, "human"))
+    drawn = str(spec).strip() == "random"
+    return Character.parse(spec, named_generator(seed, "human") if drawn else None)
 
 
 @lru_cache(maxsize=64)

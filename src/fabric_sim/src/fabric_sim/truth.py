@@ -35,6 +35,7 @@ whether help would be accepted at this moment.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -109,29 +110,38 @@ def anticipated_state(
     state: str,
     action: str,
     counters: Counters,
-    accepts: float,
+    accepts: Callable[[], float],
     sorting: bool,
     p: TruthParameters,
 ) -> str:
     """Return one of ANTICIPATED by the table above.
 
-    accepts: probability that the person would accept help now.
+    accepts: the probability that the person would accept help now, asked for where it decides.
     """
+    word = _plain_word(state, action, counters, sorting, p)
+    if word is None:
+        word = "needs_help" if accepts() >= p.wants_help else "does_not_need_help"
+    return word
+
+
+def _plain_word(
+    state: str, action: str, counters: Counters, sorting: bool, p: TruthParameters
+) -> str | None:
+    """Return the word by the table above, or None where it depends on the acceptance of help."""
     fixed = _FIXED.get(state)
     if fixed or action == "walk_away":
         return fixed or "needs_help"
-    by_acceptance = "needs_help" if accepts >= p.wants_help else "does_not_need_help"
     if action == "grasp":
-        return by_acceptance if counters.failed else _at_work(counters, sorting, p)
+        return None if counters.failed else _at_work(counters, sorting, p)
     if counters.failed:
         lasts = counters.failed >= p.failures or counters.gave_up > p.stage_one
-        return by_acceptance if lasts else "may_not_be_capable"
+        return None if lasts else "may_not_be_capable"
     if state == "tired":
-        return "may_be_tired" if counters.tired <= p.stage_one else by_acceptance
+        return "may_be_tired" if counters.tired <= p.stage_one else None
     if state == "no_attention" or action == "look_around":
         if counters.distracted <= p.stage_one:
             return "may_be_distracted"
-        return "needs_to_be_reminded" if counters.distracted <= p.reminders else by_acceptance
+        return "needs_to_be_reminded" if counters.distracted <= p.reminders else None
     return _at_work(counters, sorting, p)
 
 

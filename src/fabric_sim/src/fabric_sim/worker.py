@@ -200,7 +200,7 @@ class Worker(LoneWorker):
                 self.state,
                 self.action,
                 self.counters,
-                self.acceptance(t),
+                lambda: self.acceptance(t),
                 self._sorting,
                 self._p.truth,
             )

@@ -11,6 +11,7 @@ import math
 from bisect import bisect_right
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import accumulate
 from typing import Any, Protocol
 
 import numpy as np
@@ -219,6 +220,11 @@ def conditioned(T: np.ndarray) -> np.ndarray:
     return rows / rows.sum(axis=2, keepdims=True)
 
 
+def _cumulative(row: np.ndarray) -> list[float]:
+    """What np.cumsum gives, sooner for a short row."""
+    return list(accumulate(row.tolist()))
+
+
 @mypyc_attr(allow_interpreted_subclasses=True)
 class WorkerModel:
     """T, R and policy of one character; the policy is solved when it is first asked for.
@@ -272,7 +278,7 @@ class WorkerModel:
         """Draw the index of an action in a state from the policy."""
         cumulative = self._choices.get(state)
         if cumulative is None:
-            cumulative = self._choices[state] = np.cumsum(self.policy[state]).tolist()
+            cumulative = self._choices[state] = _cumulative(self.policy[state])
         return bisect_right(cumulative, rng.random() * cumulative[-1])
 
     def sample_next(self, state: int, action: int, rng: np.random.Generator) -> int:
@@ -280,7 +286,7 @@ class WorkerModel:
         key = action * len(STATES) + state
         cumulative = self._outcomes.get(key)
         if cumulative is None:
-            cumulative = self._outcomes[key] = np.cumsum(self.now[action, state]).tolist()
+            cumulative = self._outcomes[key] = _cumulative(self.now[action, state])
         return bisect_right(cumulative, rng.random() * cumulative[-1])
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, fields, is_dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any, get_type_hints
 
@@ -45,10 +46,15 @@ class Span:
 
     def draw(self, rng: np.random.Generator, factor: float = 1.0) -> float:
         """Draw a duration in s; `factor` stretches all of it."""
-        variance = math.log1p(self.cv * self.cv)
-        z = rng.standard_normal()
-        value = self.mean * math.exp(math.sqrt(variance) * z - variance / 2.0)
+        deviation, shift = self._of_logarithm
+        value = self.mean * math.exp(deviation * rng.standard_normal() - shift)
         return factor * min(self.most, max(self.least, value))
+
+    @cached_property
+    def _of_logarithm(self) -> tuple[float, float]:
+        """Deviation of the duration's logarithm, and how far its mean lies below log(mean)."""
+        variance = math.log1p(self.cv * self.cv)
+        return math.sqrt(variance), variance / 2.0
 
 
 @dataclass(frozen=True)
