@@ -82,6 +82,13 @@ def test_a_decision_fills_a_message():
     message._check_types()
 
 
+def test_choosing_goes_on_as_deciding_does():
+    told = [observation(n, idle=n % 3 > 0) for n in range(1, 9)]
+    deciding, choosing = (fp.DecisionAgent(HELPER, options()) for _ in range(2))
+    assert [choosing.choose(o) for o in told] == [deciding.decide(o).action for o in told]
+    assert np.array_equal(choosing.belief, deciding.belief)
+
+
 def test_anything_with_the_fields_of_an_observation_will_do():
     agent = fp.DecisionAgent(HELPER, options())
     like = {name: getattr(observation(1, idle=True), name) for name in Observation.__slots__}

@@ -44,7 +44,7 @@ def translate(sources: Path, modules: list[str], work: Path) -> Path:
     files = [str(source_of(sources, module)) for module in modules]
     options = ["--config-file=mypy.ini", "--explicit-package-bases"]
     extensions = mypycify(
-        [*options, *files], opt_level="2", debug_level="0", strip_asserts=False, group_name=GROUP
+        [*options, *files], opt_level="3", debug_level="0", strip_asserts=False, group_name=GROUP
     )
     made = work / "made"
     arguments = ["--quiet", "build_ext", "--build-lib", str(made), "--build-temp", str(work)]

@@ -90,3 +90,18 @@ def test_noise_takes_the_place_of_the_probability_of_confusion():
 def test_noise_that_is_no_probability_is_refused(noise):
     with pytest.raises(ValueError, match=f"noise is {noise}; it must lie in 0..1"):
         RunSetup(noise=noise)
+
+
+@pytest.mark.parametrize("scenario, tasks", [("inspection", 6), ("sorting", 2)])
+def test_scoring_tasks_tells_what_running_them_tells(scenario, tasks):
+    setup = RunSetup(scenario, "mixed", "reactive", 103)
+    full, brief = HeadlessRun(setup), HeadlessRun(setup)
+    for _ in range(tasks):
+        result = full.run_task()
+        assert brief.score_task() == (result.row["discounted_reward"], result.codes)
+
+
+def test_a_decider_of_ones_own_decides_when_tasks_are_scored():
+    watcher = Watcher()
+    _, codes = HeadlessRun(SETUP, decider=watcher).score_task()
+    assert len(watcher.seen) == len(codes) > 0

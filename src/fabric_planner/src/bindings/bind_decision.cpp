@@ -4,6 +4,7 @@
 
 #include <memory>
 #include <optional>
+#include <unordered_map>
 
 #include "bindings.hpp"
 #include "fabric_planner/decision_agent.hpp"
@@ -16,9 +17,26 @@ namespace {
 
 constexpr int TRIGGER_START = 0;  // fabric_msgs/Observation
 
+/// A name as Python looks it up, made once; name: a literal.
+PyObject* interned(const char* name) {
+  static std::unordered_map<const char*, PyObject*> names;  // guarded by the interpreter's lock
+  PyObject*& found = names[name];
+  if (found == nullptr) found = PyUnicode_InternFromString(name);
+  return found;
+}
+
 template <class T>
 T get(const py::object& object, const char* name) {
-  return object.attr(name).cast<T>();
+  PyObject* value = PyObject_GetAttr(object.ptr(), interned(name));
+  if (value == nullptr) throw py::error_already_set();
+  return py::reinterpret_steal<py::object>(value).cast<T>();
+}
+
+template <class T>
+void set(const py::object& object, const char* name, const T& value) {
+  if (PyObject_SetAttr(object.ptr(), interned(name), py::cast(value).ptr()) != 0) {
+    throw py::error_already_set();
+  }
 }
 
 Features toFeatures(const py::object& o) {
@@ -46,24 +64,24 @@ AgentObservation toObservation(const py::object& o) {
 }
 
 py::object fill(const AgentDecision& d, py::object message) {
-  message.attr("sequence") = d.observation_sequence;
-  message.attr("observation_sequence") = d.observation_sequence;
-  message.attr("task_id") = d.task_id;
-  message.attr("model_hash") = d.model_hash;
-  message.attr("action") = static_cast<int>(d.action);
-  message.attr("action_index") = d.action_index;
-  message.attr("observation_index") = d.observation_index;
-  message.attr("belief") = std::vector<double>(d.belief.begin(), d.belief.end());
-  message.attr("value") = d.plan.value;
-  message.attr("lower_bound") = d.plan.lower_bound;
-  message.attr("upper_bound") = d.plan.upper_bound;
-  message.attr("runner_up") = d.plan.runner_up;
-  message.attr("runner_up_gap") = d.plan.runner_up_gap;
-  message.attr("nodes") = d.plan.nodes;
-  message.attr("planning_time") = d.plan.planning_time;
-  message.attr("deadline_missed") = d.plan.deadline_missed;
-  message.attr("fallback_used") = d.plan.fallback_used;
-  message.attr("belief_recovered") = d.belief_recovered;
+  set(message, "sequence", d.observation_sequence);
+  set(message, "observation_sequence", d.observation_sequence);
+  set(message, "task_id", d.task_id);
+  set(message, "model_hash", d.model_hash);
+  set(message, "action", static_cast<int>(d.action));
+  set(message, "action_index", d.action_index);
+  set(message, "observation_index", d.observation_index);
+  set(message, "belief", std::vector<double>(d.belief.begin(), d.belief.end()));
+  set(message, "value", d.plan.value);
+  set(message, "lower_bound", d.plan.lower_bound);
+  set(message, "upper_bound", d.plan.upper_bound);
+  set(message, "runner_up", d.plan.runner_up);
+  set(message, "runner_up_gap", d.plan.runner_up_gap);
+  set(message, "nodes", d.plan.nodes);
+  set(message, "planning_time", d.plan.planning_time);
+  set(message, "deadline_missed", d.plan.deadline_missed);
+  set(message, "fallback_used", d.plan.fallback_used);
+  set(message, "belief_recovered", d.belief_recovered);
   return message;
 }
 
@@ -163,6 +181,14 @@ void bindDecision(py::module_& module) {
             return agent.decide(converted);
           },
           "observation"_a, "observation: anything with the fields of fabric_msgs/Observation.")
+      .def(
+          "choose",
+          [](DecisionAgent& agent, const py::object& observation) {
+            const AgentObservation converted = toObservation(observation);
+            py::gil_scoped_release release;
+            return static_cast<int>(agent.decide(converted).action);
+          },
+          "observation"_a, "As decide; returns the action alone, Decision.IDLE..CANCEL.")
       .def_property_readonly(
           "model",
           [](const DecisionAgent& a) { return std::const_pointer_cast<Pomdp>(a.model().pomdp); })

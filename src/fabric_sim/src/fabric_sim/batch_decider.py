@@ -9,6 +9,8 @@ from __future__ import annotations
 
 from typing import Protocol
 
+from mypy_extensions import mypyc_attr
+
 import fabric_planner as fp
 from fabric_msgs.clock import header_of
 from fabric_msgs.msg import Decision, Observation
@@ -42,6 +44,7 @@ class Decider(Protocol):
         """Return the decision; the runner stamps it as the observation."""
 
 
+@mypyc_attr(allow_interpreted_subclasses=True)
 class AgentDecider:
     """The planner's decision agent; it never looks at the truth."""
 
@@ -71,3 +74,7 @@ class AgentDecider:
         message = Decision.__new__(Decision)  # `fill` sets every field but the header
         message.header = header_of(0.0)
         return self._agent.decide(observation).fill(message)
+
+    def choose(self, observation: Observation) -> int:
+        """Decide as `decide` does; return the action and nothing else."""
+        return self._agent.choose(observation)

@@ -155,7 +155,9 @@ class HeadlessRun:
         self._robot_sequence = 0
         self._robot_told = False  # since its state was looked at
         self._codes: list[int] = []
+        self._chooser: AgentDecider | None = None  # decides while decisions are not kept
         self._hidden: Truth | None = None
+        self._words: tuple[str, str, str] | None = None  # of the truth that the meter knows
         self._sight = -1
         self._posterior: tuple[float, ...] | None = None
 
@@ -171,12 +173,28 @@ class HeadlessRun:
 
     def run_task(self) -> TaskResult:
         """Run the next task to its end."""
+        self._chooser = None
+        self._play()
+        return TaskResult(self._meter.row(), self._meter.decisions(), self._codes)
+
+    def score_task(self) -> tuple[float, list[int]]:
+        """Run the next task to its end as `run_task` does, for its discounted reward and the type
+        observation codes alone: decisions of the planner's agent are not kept.
+        """
+        self._chooser = None
+        if type(self._decider) is AgentDecider:  # others may do more than choose
+            self._chooser = self._decider
+        self._play()
+        return self._meter.discounted_reward(), self._codes
+
+    def _play(self) -> None:
         self._task_number += 1
         self._cell.worker = self._staff.worker(self._task_number)
         seed = task_seed(self.setup.seed, self._task_number)
         self._manager = TaskManager(self._definition, self._task_number, seed, self._counters)
         self._encoder, self._codes = SignalEncoder(), []
         self._hidden, self._sight, self._posterior = None, -1, None  # what was told last
+        self._words = None
         self._belt_due = self._person_due = 0  # ticks in which they have to be told again
         self._choose(seed)
         self._decider.reset()
@@ -186,7 +204,6 @@ class HeadlessRun:
         self._publish_state()
         self._run_to_the_end()
         self._tell_type_belief()
-        return TaskResult(self._meter.row(), self._meter.decisions(), self._codes)
 
     def event_log(self) -> list[LogRow]:
         """Everything that happened in the last task, as the lines of events.csv."""
@@ -234,7 +251,9 @@ class HeadlessRun:
         hidden = self._hidden = moment.hidden
         assert hidden is not None
         words = (hidden.state, hidden.anticipated_state, hidden.human_type)
-        self._meter.on_moment(moment.sequence, TrueMoment(moment.t, *words))
+        if words != self._words:
+            self._words = words
+            self._meter.on_moment(moment.sequence, TrueMoment(moment.t, *words))
 
     def _on_belt(self, moment: Moment) -> None:
         """Belt and cubes as they are now."""
@@ -300,14 +319,18 @@ class HeadlessRun:
             if self._selector:
                 self._selector.observe(observation)
             self._meter.on_observation(observation)
-            decision = self._decider.decide(observation, self._cell.worker.truth(t))
-            decision.header.stamp = observation.header.stamp
-            self._meter.on_decision(decision)
-            self._move(
-                self._motion.on_decision(decision.action, decision.sequence, decision.task_id)
-            )
+            action = self._action_on(observation, self._cell.worker.truth(t))
+            self._move(self._motion.on_decision(action, observation.sequence, observation.task_id))
             if self._selector:
                 self._reconsider()
+
+    def _action_on(self, observation: Observation, truth: Truth) -> int:
+        if self._chooser is not None:
+            return self._chooser.choose(observation)
+        decision = self._decider.decide(observation, truth)
+        decision.header.stamp = observation.header.stamp
+        self._meter.on_decision(decision)
+        return decision.action
 
     def _move(self, commands: list[fp.MotionCommand], again: bool = True) -> None:
         """Carry out what the motion agent wants, now that it was told something.

@@ -159,8 +159,7 @@ class Trainer:
         setup = RunSetup(self._scenario, job.type, job.policy, job.seed)
         staff = Staff(job.type, job.seed, self._parameters, self._library)
         run = HeadlessRun(setup, self._files, staff, self._deciders[job.policy])
-        results = [run.run_task() for _ in range(job.tasks)]
-        return [(result.row["discounted_reward"], result.codes) for result in results]
+        return [run.score_task() for _ in range(job.tasks)]
 
 
 _trainers: dict[str, Trainer] = {}  # by key of the recipe
