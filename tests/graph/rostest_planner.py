@@ -9,6 +9,7 @@ import unittest
 from collections import defaultdict
 
 import actionlib
+import rosgraph
 import rospkg
 import rospy
 import rostest
@@ -32,8 +33,10 @@ from fabric_msgs.msg import (
     TaskState,
 )
 from fabric_msgs.srv import Command, SetModel, SetSuction, SetSuctionResponse, Stop
+from fabric_msgs.traffic import introduce
 
 DEADLINE = 30.0  # s of wall time
+LOST = 3.0  # s after which a connection that is not there will not come by itself
 HEARD = {
     "decision": Decision,
     "model_info": ModelInfo,
@@ -63,8 +66,10 @@ class World:
             topic: rospy.Publisher(topic, kind, queue_size=100, latch=topic == "task/state")
             for topic, kind in TOLD.items()
         }
-        for topic, kind in HEARD.items():
+        self.ears = [
             rospy.Subscriber(topic, kind, self.note, callback_args=topic)
+            for topic, kind in HEARD.items()
+        ]
         self.arm = actionlib.ActionServer(
             "arm/move", MoveArmAction, self.on_goal, self.on_cancel, False
         )
@@ -96,6 +101,27 @@ class World:
             if not self.changed.wait_for(condition, DEADLINE):
                 raise AssertionError(f"waited {DEADLINE} s for {what}")
 
+    def connect(self):
+        """Wait until everybody is connected; make anew what rospy has lost."""
+        for _ in range(int(DEADLINE / LOST)):
+            with self.changed:
+                if self.changed.wait_for(lambda: not self.unconnected(), LOST):
+                    return
+            introduce(self.unconnected())
+        raise AssertionError(f"no connection of {', '.join(self.unconnected())}")
+
+    def unconnected(self):
+        """Topics of ours on which somebody the master knows of is not connected."""
+        publishers, subscribers, _ = map(dict, rosgraph.Master(rospy.get_name()).getSystemState())
+        told = [*self.tell.values(), self.arm.result_pub, self.arm.status_pub]
+        heard = [*self.ears, self.arm.goal_sub, self.arm.cancel_sub]
+        ends = [(end, subscribers) for end in told] + [(end, publishers) for end in heard]
+        return [
+            end.resolved_name
+            for end, others in ends
+            if end.get_num_connections() < max(1, len(others.get(end.resolved_name, [])))
+        ]
+
     def last(self, topic):
         return self.heard[topic][-1] if self.heard[topic] else None
 
@@ -124,8 +150,7 @@ class NodesTest(unittest.TestCase):
     def setUp(self):
         w = self.world
         w.wait(lambda: w.last("robot/state") and w.last("model_info"), "the nodes")
-        for publisher in w.tell.values():
-            self.until(lambda p=publisher: p.get_num_connections() > 0)
+        w.connect()
 
     def until(self, condition):
         """For conditions nobody announces."""
