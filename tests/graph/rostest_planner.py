@@ -113,7 +113,7 @@ class World:
     def unconnected(self):
         """Topics of ours on which somebody the master knows of is not connected."""
         publishers, subscribers, _ = map(dict, rosgraph.Master(rospy.get_name()).getSystemState())
-        told = [*self.tell.values(), self.arm.result_pub, self.arm.status_pub]
+        told = [*self.tell.values(), self.arm.result_pub]
         heard = [*self.ears, self.arm.goal_sub, self.arm.cancel_sub]
         ends = [(end, subscribers) for end in told] + [(end, publishers) for end in heard]
         return [
