@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Loads the model files named on the command line, so that a bad one is refused at once."""
+"""Loads the files named on the command line, so that a bad one is refused at once."""
 
 from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 
 def check_policy(path: str) -> None:
@@ -22,6 +22,13 @@ def check_human(path: str) -> None:
     check_human(path)
 
 
+def check_selector(value: Mapping[str, str]) -> None:
+    """Raises ValueError or OSError naming file and place if ABPS cannot choose with these words."""
+    from fabric_sim.batch_files import Files
+
+    Files().selector(value["scenario"], value.get("selector", ""), value.get("library", ""))
+
+
 CHECKS = {"policy": check_policy, "human": check_human}
 
 
@@ -36,6 +43,13 @@ def main(words: Sequence[str]) -> int:
             except ValueError as error:
                 print(f"fabric: {name}:={path} is refused: {error}", file=sys.stderr)
                 return 2
+    value = dict(word.split(":=", 1) for word in words)
+    if "abps" in value.get("policy", "").split(","):
+        try:
+            check_selector(value)
+        except (ValueError, OSError) as error:
+            print(f"fabric: policy:=abps is refused: {error}", file=sys.stderr)
+            return 2
     return 0
 
 

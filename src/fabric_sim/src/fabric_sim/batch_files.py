@@ -101,6 +101,9 @@ class Files:
         package = self.share("fabric_abps")
         folder = Path(library) if library else package / "library" / scenario
         path = Path(parameters) if parameters else package / "config/selector.yaml"
-        values = yaml.safe_load(path.read_text(encoding="utf-8"))
+        try:
+            values = SelectorParameters.load(yaml.safe_load(path.read_text(encoding="utf-8")))
+        except ValueError as error:
+            raise ValueError(f"{path}: {error}") from error
         models = TrainedModels.load(folder / "models.npz")
-        return Selector(Library.load(folder, scenario), models, SelectorParameters.load(values))
+        return Selector(Library.load(folder, scenario), models, values)

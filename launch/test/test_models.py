@@ -1,0 +1,29 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Files named on the command line are refused before anything starts."""
+
+import pytest
+from fabric_bringup.models import main
+
+ABPS = ["scenario:=inspection", "policy:=proactive,abps"]
+
+
+def test_the_shipped_library_is_accepted():
+    assert main([*ABPS, "library:=", "selector:="]) == 0
+
+
+def test_a_selector_file_without_its_parameters_is_refused_by_name(tmp_path, capsys):
+    path = tmp_path / "selector.yaml"
+    path.write_text("criterion: greedy\n", encoding="utf-8")
+    assert main([*ABPS, f"selector:={path}"]) == 2
+    said = capsys.readouterr().err
+    assert str(path) in said and "'fixed_policy' is missing" in said
+
+
+def test_a_folder_without_trained_models_is_refused_by_name(tmp_path, capsys):
+    assert main([*ABPS, f"library:={tmp_path}"]) == 2
+    assert str(tmp_path / "models.npz") in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("policy", ["proactive", "reactive,none"])
+def test_a_bad_library_is_nobodys_business_without_abps(tmp_path, policy):
+    assert main(["scenario:=inspection", f"policy:={policy}", f"library:={tmp_path}"]) == 0
