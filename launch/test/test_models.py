@@ -2,6 +2,7 @@
 """Files named on the command line are refused before anything starts."""
 
 import pytest
+
 from fabric_bringup.models import main
 
 ABPS = ["scenario:=inspection", "policy:=proactive,abps"]
