@@ -2,10 +2,14 @@
 """The compiled modules and their sources are one program."""
 
 import os
+import pickle
 import subprocess
 import sys
 
 import pytest
+
+from fabric_sim.batch_files import Files
+from fabric_sim.batch_loop import HeadlessRun, RunSetup
 
 STORY = """
 import hashlib, sys
@@ -35,3 +39,10 @@ def test_the_same_events_come_out(scenario, human, tasks):
     digest, from_sources = story(False, scenario, human, tasks)
     assert from_sources == "{True}"
     assert story(True, scenario, human, tasks)[0] == digest
+
+
+def test_settings_and_results_travel_between_processes():
+    setup = RunSetup(seed=109)
+    config = Files().cell()
+    for thing in (setup, config.sensing, config.arm, HeadlessRun(setup).run_task().row):
+        assert pickle.loads(pickle.dumps(thing)) == thing

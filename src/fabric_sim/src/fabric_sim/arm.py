@@ -8,6 +8,8 @@ from functools import lru_cache, partial
 from pathlib import Path
 from typing import NamedTuple
 
+from mypy_extensions import mypyc_attr
+
 from fabric_dobot_driver import Goal, Joints, Limits, ToolPose, check_goal, inverse
 from fabric_dobot_driver.limits import Fault, Refusal, between, check_path
 from fabric_msgs.clock import micro
@@ -40,6 +42,7 @@ class ArmResult(NamedTuple):
     reason: str
 
 
+@mypyc_attr(native_class=False)  # travels between processes
 @dataclass(frozen=True)
 class ArmParameters:
     """How the simulated arm moves: m, rad, s; poses in arm_base_link."""

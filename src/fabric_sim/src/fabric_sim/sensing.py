@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+from mypy_extensions import mypyc_attr
 
 from fabric_msgs.clock import micro
 from fabric_msgs.msg import Container, Cube, HumanActivity
@@ -38,6 +39,7 @@ class Percept(NamedTuple):
     warning: bool  # a warning is recognised for the first time
 
 
+@mypyc_attr(native_class=False)  # travels between processes
 @dataclass(frozen=True)
 class DirectParameters:
     """Numbers of config/sensing.yaml: probabilities, and times in s."""
