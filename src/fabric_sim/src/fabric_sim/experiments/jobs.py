@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import multiprocessing
 from collections.abc import Callable, Sequence
+from concurrent.futures import ProcessPoolExecutor
 from typing import Any
 
 from tqdm import tqdm
@@ -16,5 +17,5 @@ def run_jobs(work: Callable[[Any], Any], jobs: Sequence[Any], processes: int, ti
     if processes <= 1 or len(jobs) <= 1:
         return list(tqdm(map(work, jobs), **bar))
     fork = multiprocessing.get_context("fork")
-    with fork.Pool(min(processes, len(jobs))) as pool:
-        return list(tqdm(pool.imap(work, jobs), **bar))
+    with ProcessPoolExecutor(min(processes, len(jobs)), mp_context=fork) as pool:
+        return list(tqdm(pool.map(work, jobs), **bar))
