@@ -7,6 +7,7 @@ from scipy import stats
 from scipy.integrate import quad
 
 from fabric_abps import PerformanceModel, make_criterion
+from fabric_abps.criterion import Criterion
 
 BETA = np.array([0.75, 0.25])
 # two types x two policies, unit variance
@@ -123,3 +124,11 @@ def test_unknown_criteria_and_policies_are_refused_by_name() -> None:
         make_criterion("magic", ["a"])
     with pytest.raises(ValueError, match="'c' is none of a, b"):
         make_criterion("fixed", ["a", "b"], "c")
+
+
+def test_a_criterion_that_does_not_score_cannot_be_made() -> None:
+    class Silent(Criterion):
+        name = "silent"
+
+    with pytest.raises(TypeError, match="abstract methods? score, words"):
+        Silent()
