@@ -1,8 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Algorithm 1 with synthetic people: types are recognised, the choice settles on the best."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
+import yaml
 from conftest import POLICIES, TYPES, UTILITY, run_job, run_task
 
 from fabric_abps import (
@@ -168,6 +171,18 @@ def test_models_of_another_library_are_refused(library, models, index) -> None:
     (index.parent / "waits.pomdpx").write_text("changed")
     with pytest.raises(ModelsError, match="train again"):
         Selector(library, models)
+
+
+def test_the_parameters_are_the_shipped_ones_unless_told() -> None:
+    shipped = Path(__file__).parents[1] / "config" / "selector.yaml"
+    values = yaml.safe_load(shipped.read_text(encoding="utf-8"))
+    assert SelectorParameters.load(values) == SelectorParameters()
+
+
+@pytest.mark.parametrize("values", [None, ["criterion"], "greedy"])
+def test_parameters_without_names_are_refused(values) -> None:
+    with pytest.raises(ValueError, match="must be a mapping"):
+        SelectorParameters.load(values)
 
 
 def test_parameters_are_refused_by_name(library, models) -> None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Parameters of the selector, as in config/selector.yaml."""
+"""Parameters of the selector."""
 
 from dataclasses import dataclass, fields
 
@@ -10,14 +10,14 @@ KINDS = {str: "text", float: "a number", int: "a whole number", bool: "true or f
 
 @dataclass(frozen=True)
 class SelectorParameters:
-    """How the selector learns and chooses."""
+    """How the selector learns and chooses; unless told, as in config/selector.yaml."""
 
     criterion: str = "expected_improvement"  # a name in CRITERIA, or fixed
     fixed_policy: str = ""  # only with criterion fixed
     forgetting: float = 0.02  # probability that the person changes before a task, [0, 1)
     floor: float = 1e-4  # least belief in a type, (0, 1/n_types)
     effective_observations: float = 3.0  # a task weighs like at most so many, > 0
-    change_rate: float = 0.0  # false alarms a task of the change detection, [0, 1); 0 is without
+    change_rate: float = 0.05  # false alarms a task of the change detection, [0, 1); 0 is without
     change_window: int = 10  # tasks ago that a change is looked for, >= 1
     alarm_rate: float = 0.01  # of the flag "unlike anyone known" for a known person, (0, 1)
     alarm_window: int = 3  # tasks the flag looks back on, >= 1
@@ -31,6 +31,8 @@ class SelectorParameters:
         Raises ValueError naming a field that is missing, unknown or of another kind, or a criterion
         that needs what only an experiment knows.
         """
+        if not isinstance(values, dict):
+            raise ValueError(f"parameters must be a mapping from names to values, got {values!r}")
         kinds = {field.name: type(field.default) for field in fields(cls)}
         for name in values:
             if name not in kinds:
