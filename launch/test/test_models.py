@@ -3,6 +3,8 @@
 
 import pytest
 
+from fabric_abps import persist
+from fabric_bringup import arguments
 from fabric_bringup.models import main
 
 ABPS = ["scenario:=inspection", "policy:=proactive,abps"]
@@ -18,6 +20,9 @@ def test_a_selector_file_without_its_parameters_is_refused_by_name(tmp_path, cap
     assert main([*ABPS, f"selector:={path}"]) == 2
     said = capsys.readouterr().err
     assert str(path) in said and "'fixed_policy' is missing" in said
+    path.write_text("", encoding="utf-8")
+    assert main([*ABPS, f"selector:={path}"]) == 2
+    assert f"{path}: parameters must be a mapping" in capsys.readouterr().err
 
 
 def test_a_folder_without_trained_models_is_refused_by_name(tmp_path, capsys):
@@ -28,3 +33,7 @@ def test_a_folder_without_trained_models_is_refused_by_name(tmp_path, capsys):
 @pytest.mark.parametrize("policy", ["proactive", "reactive,none"])
 def test_a_bad_library_is_nobodys_business_without_abps(tmp_path, policy):
     assert main(["scenario:=inspection", f"policy:={policy}", f"library:={tmp_path}"]) == 0
+
+
+def test_a_code_of_a_person_is_one_for_the_command_line_and_for_abps():
+    assert arguments.PERSON == persist.CODE  # arguments must not import what is not built yet

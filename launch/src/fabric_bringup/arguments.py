@@ -31,6 +31,7 @@ HUMAN_TYPES = tuple(
     )
 )
 MODEL_SUFFIXES = (".pomdpx", ".pomdp")
+PERSON = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,31}")  # a person's code, as in fabric_abps
 MANUAL = "manual"  # the value of human that stands for somebody at the keys
 LARGEST_INT = 2**31 - 1  # what a ROS parameter can hold
 
@@ -205,7 +206,7 @@ def settings(text: str) -> str:
 
 def person(text: str) -> str:
     """Empty, or the code of a person: letters, digits, - and _, 32 at most."""
-    if text and not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9_-]{0,31}", text):
+    if text and not PERSON.fullmatch(text):
         raise ArgumentError("a code of 1 to 32 letters, digits, - and _, such as P07 (no name)")
     return text
 
