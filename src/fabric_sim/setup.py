@@ -4,6 +4,7 @@ from setuptools import setup
 
 setup(
     **generate_distutils_setup(
-        packages=["fabric_sim", "fabric_sim.experiments"], package_dir={"": "src"}
+        packages=["fabric_sim", "fabric_sim.camera", "fabric_sim.experiments"],
+        package_dir={"": "src"},
     )
 )

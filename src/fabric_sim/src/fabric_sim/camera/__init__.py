@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The cell as cameras see it: how a person moves, what is rendered, what noise comes on top."""
