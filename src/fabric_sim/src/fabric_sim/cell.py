@@ -65,7 +65,7 @@ class Cell:
     """Worker, cubes, belt, arm and sensors. Nothing moves while no task runs.
 
     tick: number of the present tick. now: its time, s. running: whether a task lets time pass.
-    steps: ticks that were gone through rather than skipped.
+    steps: ticks gone through, not skipped. episode: number of the latest grasp or warning.
     """
 
     def __init__(self, config: CellConfig, worker: Any, seed: int) -> None:
@@ -90,7 +90,7 @@ class Cell:
         self._truths = 0
         self._container_changes = 0
         self._subtask: int | None = None  # the cube that is the worker's
-        self._episode = 0
+        self.episode = 0
         self._new_task("inspection", [])
 
     # -- what it is told ------------------------------------------------------------------------
@@ -179,8 +179,7 @@ class Cell:
     def step(self) -> CellOutput:
         """Advance by one tick; report as the devices do."""
         moment = self.advance()
-        hand = self._hand_target() if self.stock.held_by_person else None
-        self.body.step(TICK, self._behaviour(), self.worker.action == "walk_away", hand)
+        self.body.step(TICK, self.behaviour, self.worker.action == "walk_away", self._hand_target())
         return output_of(self, moment)
 
     def advance(self) -> Moment:
@@ -235,7 +234,7 @@ class Cell:
         """Whether the next report will say anything that the last one did not."""
         if self.stock.changes.count != self._reported or self._contents_changed:
             return True
-        if not self._person_sensor.knows(self._behaviour(), self._episode):
+        if not self._person_sensor.knows(self.behaviour, self.episode):
             return True
         # asked now with the time of the report, because the answer holds from the first question on
         hidden = self.worker.truth(_time_of(self.tick + 1))
@@ -320,7 +319,7 @@ class Cell:
         elif event.kind is EventKind.RELEASED:
             self.stock.person_releases(t)
         elif event.kind is EventKind.STARTED_ACTION and event.action in EPISODES:
-            self._episode += 1
+            self.episode += 1
 
     def _on_deposit(self, t: float, deposit: Deposit) -> None:
         cube, tray = deposit
@@ -352,20 +351,22 @@ class Cell:
             self._stirred = True
             self.worker.start_subtask(t, cube.colour)
 
-    def _behaviour(self) -> Behaviour:
-        worker = self.worker
-        return _behaviour_of(worker.action, worker.looking_around, worker.detected)
+    @property
+    def behaviour(self) -> Behaviour:
+        """What the person really does."""
+        who = self.worker
+        return _behaviour_of(who.action, who.looking_around, who.detected)
 
-    def _hand_target(self) -> Tray:
+    def _hand_target(self) -> Tray | None:
         mine = [t for t in self.stock.trays if t.owner == Container.OWNER_PERSON]
-        return mine[len(mine) // 2]
+        return mine[len(mine) // 2] if self.stock.held_by_person else None
 
     # -- sensors --------------------------------------------------------------------------------
 
     def _perceive(self, t: float, moment: Moment) -> None:
         self._truths += 1
         moment.sequence = self._truths
-        moment.percept = self._person_sensor.sense(t, self._behaviour(), self._episode)
+        moment.percept = self._person_sensor.sense(t, self.behaviour, self.episode)
         moment.hidden = self._hidden = self.worker.truth(t)
         self._reported = self.stock.changes.count
         moment.containers = self._read_load_cells(t)

@@ -27,6 +27,11 @@ class Agenda:
         """Whether pieces of an action remain; a notice does not count."""
         return bool(self._pieces)
 
+    @property
+    def next_piece(self) -> float:
+        """When the present piece of the action ends, s; NEVER when there is none."""
+        return self._pieces[0][0] if self._pieces else NEVER
+
     def add(self, at: float, handler: Handler) -> None:
         """Append a piece at time `at` (s), not before the pieces already there."""
         self._pieces.append((at, handler))
@@ -59,4 +64,4 @@ class Agenda:
             handler(t)
 
     def _update(self) -> None:
-        self.until = min(self._pieces[0][0] if self._pieces else NEVER, self._notice_at)
+        self.until = min(self.next_piece, self._notice_at)

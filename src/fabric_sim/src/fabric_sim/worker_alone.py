@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from copy import deepcopy
 from typing import Any
 
 import numpy as np
@@ -64,6 +65,24 @@ class LoneWorker:
         """Whether the eyes are off the work; who stands lost in thought looks elsewhere too."""
         lost = self.state == "no_attention" and self.action == "idle"
         return lost or self.action == "look_around"
+
+    @property
+    def next_deed(self) -> float:
+        """When the present piece of the action ends, s: a cube picked or placed, a rest over."""
+        return self._agenda.next_piece
+
+    def intended_tray(self) -> str | None:
+        """Label of the tray for which the cube in the hand is meant now; None with empty hands.
+
+        Asking changes nothing: the worker goes on to draw as if nobody had asked.
+        """
+        if not self.holding:
+            return None
+        rng, self._rng = self._rng, deepcopy(self._rng)
+        try:
+            return self._choose_tray(self._rules.get(self._colour, "inspected"))
+        finally:
+            self._rng = rng
 
     def _emit(self, t: float, kind: EventKind, **details: Any) -> None:
         self._events.append(WorkerEvent(t, kind, self.state, self.action, **details))
