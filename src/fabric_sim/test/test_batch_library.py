@@ -5,6 +5,7 @@ from functools import partial
 from pathlib import Path
 
 import pytest
+from training_helpers import write_library
 
 import fabric_planner as fp
 from fabric_abps import candidates
@@ -113,20 +114,36 @@ def test_results_of_another_plan_are_not_taken(tmp_path) -> None:
     assert told[0] == 1
 
 
-def test_an_older_library_is_replaced_at_the_end_and_other_files_stay(built, tmp_path) -> None:
-    folder = tmp_path / "inspection"
-    folder.mkdir()
-    for name in ("old.pomdpx", "old.md", "models.npz"):
-        (folder / name).write_text("old")
+def test_an_older_library_is_replaced_at_the_end_and_kept(built, tmp_path, capsys) -> None:
+    write_library(tmp_path)
+    (tmp_path / "inspection/mine.pomdpx").write_text("an evening of work")
+    before = content(tmp_path / "inspection")
 
     def dies(function, items):
         raise Killed
 
     with pytest.raises(Killed):
-        build(PLAN, folder, dies)
-    assert sorted(content(folder)) == ["models.npz", "old.md", "old.pomdpx"]
-    build(PLAN, folder)
-    assert content(folder) == {**content(built[1]), "models.npz": b"old"}
+        build(PLAN, tmp_path / "inspection", dies)
+    assert content(tmp_path / "inspection") == before
+    words = "candidates=3 children=2 people=3 first=1 second=1 size=4 jobs=1".split()
+    place = str(tmp_path / "inspection")
+    assert batch_library.main(["inspection", place, *(f"--{word}" for word in words)]) == 0
+    assert content(tmp_path / "inspection") == content(built[1])
+    assert content(tmp_path / ".inspection.before") == before
+    assert f"{tmp_path}/.inspection.before: what was there" in capsys.readouterr().out
+
+
+def test_a_folder_that_is_no_library_of_the_scenario_is_refused_before_any_work(
+    tmp_path, capsys
+) -> None:
+    write_library(tmp_path, "sorting")
+    (tmp_path / "notes").mkdir()
+    (tmp_path / "notes/day.md").write_text("a year of work")
+    before = sorted(tmp_path.rglob("*"))
+    for name in ("notes", "sorting", "notes/day.md"):
+        assert batch_library.main(["inspection", str(tmp_path / name)]) == 2
+        assert f"{tmp_path / name} is not replaced" in capsys.readouterr().err
+    assert sorted(tmp_path.rglob("*")) == before
 
 
 def test_candidates_differ_and_repeat_with_the_seed() -> None:

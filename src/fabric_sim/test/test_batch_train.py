@@ -15,7 +15,7 @@ import pytest
 from training_helpers import POLICIES, words, write_library
 
 from fabric_abps import Job, Library, LibraryError, TrainedModels
-from fabric_sim import batch_library, batch_train, batch_train_work
+from fabric_sim import batch_library, batch_train, batch_train_folder, batch_train_work
 from fabric_sim.batch_loop import Files
 from fabric_sim.batch_train import measure, train_models
 from fabric_sim.batch_train_folder import check_replaceable, replace_folder
@@ -220,7 +220,9 @@ def builds(monkeypatch) -> list:
     return plans
 
 
-def test_a_new_library_takes_the_place_of_the_old_one(tmp_path, builds) -> None:
+def test_a_new_library_takes_the_place_of_the_old_one_which_is_kept(
+    tmp_path, builds, capsys
+) -> None:
     write_library(tmp_path)
     (tmp_path / "inspection/of_before.md").write_text("a card")
     assert batch_train.main(words(tmp_path, library="new", policies=7, tasks=2, seed=103)) == 0
@@ -228,7 +230,10 @@ def test_a_new_library_takes_the_place_of_the_old_one(tmp_path, builds) -> None:
     library = Library.load(tmp_path / "inspection", "inspection")
     TrainedModels.load(tmp_path / "inspection/models.npz").check(library)
     assert not (tmp_path / "inspection/of_before.md").exists()
-    assert [path.name for path in tmp_path.iterdir()] == ["inspection"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == [".inspection.before", "inspection"]
+    assert (tmp_path / ".inspection.before/of_before.md").read_text() == "a card"
+    Library.load(tmp_path / ".inspection.before", "inspection")
+    assert f"{tmp_path}/.inspection.before: what was there" in capsys.readouterr().out
 
 
 def test_the_first_stage_is_not_run_again_after_a_kill_in_the_second(
@@ -258,13 +263,21 @@ def test_a_folder_that_is_no_library_is_never_replaced(tmp_path) -> None:
     check_replaceable(tmp_path / "nowhere", "inspection")
 
 
-def test_a_folder_takes_the_place_of_another(tmp_path) -> None:
-    for number in (1, 2):
+@pytest.mark.parametrize("able", [True, False], ids=["exchange", "file system that cannot"])
+def test_a_folder_takes_the_place_of_another_which_is_kept(tmp_path, monkeypatch, able) -> None:
+    def cannot(one, other) -> None:
+        raise OSError("no exchange here")
+
+    if not able:
+        monkeypatch.setattr(batch_train_folder, "_exchange", cannot)
+    (tmp_path / "target").mkdir()
+    for number in (1, 2, 3):
         (tmp_path / "fresh").mkdir()
         (tmp_path / "fresh/file").write_text(str(number))
-        replace_folder(tmp_path / "fresh", tmp_path / "target")
+        assert replace_folder(tmp_path / "fresh", tmp_path / "target") == (number > 1)
         assert (tmp_path / "target/file").read_text() == str(number)
-        assert [path.name for path in tmp_path.iterdir()] == ["target"]
+    assert (tmp_path / ".target.before/file").read_text() == "2"
+    assert sorted(path.name for path in tmp_path.iterdir()) == [".target.before", "target"]
 
 
 def test_the_time_of_a_training_is_told_from_a_share_of_it(library) -> None:

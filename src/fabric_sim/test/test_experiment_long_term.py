@@ -393,7 +393,7 @@ def test_a_study_that_cannot_be_reported_ends_with_a_sentence(base, monkeypatch,
 def test_a_library_without_what_was_trained_on_it_ends_the_command(tmp_path, capsys):
     words = [*WORDS, "--library", str(tmp_path), "--out", str(tmp_path / "run")]
     assert long_term.main(words) == 2
-    assert "library.yaml" in capsys.readouterr().err
+    assert str(tmp_path / "models.npz") in capsys.readouterr().err
     assert not (tmp_path / "run").exists()
 
 

@@ -17,6 +17,7 @@ import yaml
 import fabric_planner as fp
 
 INDEX = "library.yaml"  # of a folder
+MODELS = "models.npz"  # what was trained on the library, in its folder
 
 
 class LibraryError(ValueError):

@@ -14,6 +14,7 @@ import yaml
 
 import fabric_planner as fp
 from fabric_abps import Library, Selector, SelectorParameters, TrainedModels
+from fabric_abps.library import MODELS
 from fabric_sim.cell import CellConfig
 from fabric_study.tasks import TaskDefinition, load_definition
 
@@ -105,5 +106,5 @@ class Files:
             values = SelectorParameters.load(yaml.safe_load(path.read_text(encoding="utf-8")))
         except ValueError as error:
             raise ValueError(f"{path}: {error}") from error
-        models = TrainedModels.load(folder / "models.npz")
+        models = TrainedModels.load(folder / MODELS)
         return Selector(Library.load(folder, scenario), models, values)

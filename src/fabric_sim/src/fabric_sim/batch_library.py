@@ -33,6 +33,7 @@ from fabric_abps.diversity import choose, shortlist
 from fabric_abps.library import INDEX, Library, write_index
 from fabric_sim.batch_candidates import BASE, FIXED, People, draw, run
 from fabric_sim.batch_files import Files
+from fabric_sim.batch_train_folder import before, check_replaceable, replace_folder
 from fabric_sim.character import named_generator
 
 MapJobs = Callable[[Callable[[Any], Any], Iterable[Any]], Iterable[Any]]
@@ -102,9 +103,11 @@ def build(
     """Build the library in a folder and return it.
 
     map_jobs may spread the work, keeping the order; each job is one candidate and brings all that
-    it needs. progress(done, total) is called after each. What is in the folder is replaced at the
-    very end only. Raises ValueError.
+    it needs. progress(done, total) is called after each. A library that is in the folder is
+    replaced at the very end only, and kept where `batch_train_folder.before` says. Raises
+    ValueError, before any work when something else is in the folder.
     """
+    check_replaceable(folder, plan.scenario)
     work = folder.with_name(f".{folder.name}.work")
     bench = _Bench(work / _fingerprint(plan), map_jobs, progress, plan.steps)
     people = np.array(People(plan.seed, plan.people).dials)
@@ -114,7 +117,9 @@ def build(
     short = _pick(shortlist, first, people, plan.short)
     second = bench.run("second", short, partial(second_look, plan))
     kept = _pick(choose, second, people, plan.size)
-    _write(plan.scenario, folder, [_candidate(second[name], people) for name in kept])
+    fresh = work / "library"
+    _write(plan.scenario, fresh, [_candidate(second[name], people) for name in kept])
+    replace_folder(fresh, folder)
     shutil.rmtree(work)
     return Library.load(folder, plan.scenario)
 
@@ -203,21 +208,18 @@ def _write_text(path: Path, text: str) -> None:
 
 
 def _write(scenario: str, folder: Path, candidates: Sequence[Candidate]) -> None:
-    """The files of the chosen, then the index, then away with what no index names any more."""
-    folder.mkdir(parents=True, exist_ok=True)
-    entries, written = [], {INDEX}
+    """The files of the chosen and their index; what a killed build has left there goes."""
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir()
+    entries = []
     for name, candidate in zip(names_of(candidates, FIXED), candidates, strict=True):
         files = {"model": f"{name}.pomdpx", "solved": f"{name}.policy", "card": f"{name}.md"}
-        _write_text(folder / files["model"], candidate.model)
-        _write_text(folder / f"{name}.obs.yaml", candidate.map)
-        _write_text(folder / files["solved"], candidate.policy)
-        _write_text(folder / files["card"], card(scenario, name, candidate))
+        (folder / files["model"]).write_text(candidate.model, encoding="utf-8")
+        (folder / f"{name}.obs.yaml").write_text(candidate.map, encoding="utf-8")
+        (folder / files["solved"]).write_text(candidate.policy, encoding="utf-8")
+        (folder / files["card"]).write_text(card(scenario, name, candidate), encoding="utf-8")
         entries.append({"name": name, "about": sentence(candidate), **files})
-        written |= {*files.values(), f"{name}.obs.yaml"}
     write_index(folder / INDEX, scenario, BASE, entries)
-    for path in folder.iterdir():
-        if path.suffix in (".pomdpx", ".policy", ".md", ".yaml") and path.name not in written:
-            path.unlink()
 
 
 def main(words: Sequence[str] | None = None) -> int:
@@ -226,19 +228,31 @@ def main(words: Sequence[str] | None = None) -> int:
 
     parser = argparse.ArgumentParser(description="Build the policy library of a scenario.")
     parser.add_argument("scenario", choices=list(TASKS))
-    parser.add_argument("folder", type=Path, help="a library in it is replaced at the end")
+    parser.add_argument(
+        "folder", type=Path, help="a library in it is replaced at the end, and kept"
+    )
     parser.add_argument("--seed", type=int, default=101, help="root of all randomness (101)")
     parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="processes (one a core)")
     for name, what in HELP.items():
         default = getattr(Plan, name)
         parser.add_argument(f"--{name}", type=int, default=default, help=f"{what} ({default})")
     given = vars(parser.parse_args(words))
-    folder, jobs = given.pop("folder"), given.pop("jobs")
-    plan = Plan(**given)
-    with tqdm(total=plan.steps, unit="candidate") as bar:
-        library = build(plan, folder, spread(jobs), lambda done, _: bar.update(done - bar.n))
-    print(f"library  {folder}: {', '.join(library.names)}")
+    folder, jobs = given.pop("folder").resolve(), given.pop("jobs")
+    try:
+        _build_at_shell(Plan(**given), folder, spread(jobs))
+    except ValueError as error:
+        print(f"batch_library: {error}", file=sys.stderr)
+        return 2
     return 0
+
+
+def _build_at_shell(plan: Plan, folder: Path, map_jobs: MapJobs) -> None:
+    replaces = (folder / INDEX).exists()
+    with tqdm(total=plan.steps, unit="candidate") as bar:
+        library = build(plan, folder, map_jobs, lambda done, _: bar.update(done - bar.n))
+    print(f"library  {folder}: {', '.join(library.names)}")
+    if replaces:
+        print(f"before   {before(folder)}: what was there")
 
 
 if __name__ == "__main__":

@@ -5,8 +5,9 @@
         policies:=20 library:=new scheduler:= out_dir:=
 
 Writes the folder <out_dir>/<scenario>; without out_dir into the package fabric_abps, where the
-selector looks for it. With library:=keep the policies there stay, and only models.npz is written
-anew. The same words give the same files, whatever does the work and however often it was stopped.
+selector looks for it; a library that was there is kept as .<scenario>.before. With library:=keep
+the policies there stay, and only models.npz is written anew. The same words give the same files,
+whatever does the work and however often it was stopped.
 """
 
 from __future__ import annotations
@@ -25,12 +26,12 @@ from pathlib import Path
 from tqdm import tqdm
 
 from fabric_abps import Library, ModelsError, TrainedModels, train
-from fabric_abps.library import INDEX
+from fabric_abps.library import INDEX, MODELS
 from fabric_abps.train import SESSION, MapJobs, jobs_of
 from fabric_sim import batch_library
 from fabric_sim.batch_loop import Files
 from fabric_sim.batch_train_dask import cluster
-from fabric_sim.batch_train_folder import MODELS, check_replaceable, replace_folder
+from fabric_sim.batch_train_folder import before, check_replaceable, replace_folder
 from fabric_sim.batch_train_people import (
     Recipe,
     code_fingerprint,
@@ -201,9 +202,10 @@ def run(order: Order) -> int:
         library = kept or _build(order, crew)
         models = _train(order, library, crew)
     models.save((order.target if order.keep else order.fresh) / MODELS)
-    if not order.keep:
-        replace_folder(order.fresh, order.target)
+    replaced = not order.keep and replace_folder(order.fresh, order.target)
     print(f"library  {order.target}: {len(library.names)} policies")
+    if replaced:
+        print(f"before   {before(order.target)}: what was there")
     print(f"took     {time.perf_counter() - begin:.1f} s")
     return 0
 

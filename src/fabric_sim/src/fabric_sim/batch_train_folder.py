@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The folder of a trained library: replaced in one step, and never in place of something else."""
+"""The folder of a library: replaced in one step, with what was there kept beside it, and never in
+place of something else."""
 
 from __future__ import annotations
 
@@ -9,9 +10,7 @@ import shutil
 from pathlib import Path
 
 from fabric_abps import Library, LibraryError
-from fabric_abps.library import INDEX
 
-MODELS = "models.npz"  # of a library's folder
 AT_FDCWD, RENAME_EXCHANGE = -100, 2  # of renameat2(2)
 
 
@@ -19,7 +18,7 @@ def check_replaceable(target: Path, scenario: str) -> None:
     """Raises LibraryError when something lies there that is no library of the scenario."""
     if not target.exists():
         return
-    if not (target / INDEX).is_file() and target.is_dir() and not any(target.iterdir()):
+    if _is_empty(target):
         return
     try:
         Library.load(target, scenario)
@@ -30,20 +29,43 @@ def check_replaceable(target: Path, scenario: str) -> None:
         ) from error
 
 
-def replace_folder(fresh: Path, target: Path) -> None:
-    """Put a folder in the place of another; a reader sees the one or the other."""
-    if not target.exists():
+def before(target: Path) -> Path:
+    """Where `replace_folder` keeps what was in the place of a folder."""
+    return target.with_name(f".{target.name}.before")
+
+
+def replace_folder(fresh: Path, target: Path) -> bool:
+    """Put a folder in the place of another; a reader sees the one or the other.
+
+    Returns whether anything was there; it is kept as `before` says, in place of what was kept
+    there earlier.
+    """
+    if not target.exists() or _is_empty(target):
         os.rename(fresh, target)
-        return
+        return False
+    kept = before(target)
+    _remove(kept)
+    os.rename(fresh, kept)
     try:
-        _exchange(fresh, target)
+        _exchange(kept, target)
     except OSError:  # a file system that cannot
         old = target.with_name(f".{target.name}.old")
-        shutil.rmtree(old, ignore_errors=True)
+        _remove(old)
         os.rename(target, old)
-        os.rename(fresh, target)
-        fresh = old
-    shutil.rmtree(fresh)
+        os.rename(kept, target)
+        os.rename(old, kept)
+    return True
+
+
+def _is_empty(folder: Path) -> bool:
+    return folder.is_dir() and not any(folder.iterdir())
+
+
+def _remove(folder: Path) -> None:
+    if folder.is_symlink():
+        folder.unlink()
+    elif folder.exists():
+        shutil.rmtree(folder)
 
 
 def _exchange(one: Path, other: Path) -> None:

@@ -20,7 +20,7 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from fabric_abps import Library, Policy, TrainedModels
+from fabric_abps import Policy
 from fabric_sim.batch_files import Files
 from fabric_sim.experiments.long_term_ablation import AblationResult, run_ablations
 from fabric_sim.experiments.long_term_report import report_html
@@ -164,12 +164,8 @@ def shipped(scenario: str, folder: Path | None = None) -> Strategy:
 
     Raises ValueError when library and models do not fit.
     """
-    selector = Files().selector(scenario)
-    library, models = selector.library, selector.models
-    if folder is not None:
-        library, models = Library.load(folder, scenario), TrainedModels.load(folder / "models.npz")
-        models.check(library)
-    return Strategy(ABPS, TITLES[ABPS], library, models, selector.parameters)
+    found = Files().selector(scenario, library=str(folder or ""))
+    return Strategy(ABPS, TITLES[ABPS], found.library, found.models, found.parameters)
 
 
 def run_study(plan: Plan, base: Strategy) -> Study:
