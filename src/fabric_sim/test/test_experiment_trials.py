@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from recording_helpers import robot, seen, tray
 
 from fabric_sim.batch_loop import RunSetup
 from fabric_sim.experiments.recorder import record, simulated_trials
@@ -35,20 +36,6 @@ from fabric_sim.experiments.trials import (
 
 SHIPPED = Path(__file__).parents[1] / "recorded"
 NAME = "person04_task2_proactive.csv"
-
-
-def seen(time, **flags):
-    values = {"detected": "1", **{name: "1" for name in flags}}
-    return {"time_s": time, "source": "observation", **{f: values.get(f, "0") for f in FLAGS}}
-
-
-def robot(time, action):
-    return {"time_s": time, "source": "robot", "robot_action": action}
-
-
-def tray(time, status, who):
-    return {"time_s": time, "source": "sensor", "subtask_status": status, "who": who}
-
 
 GOOD = [
     {"time_s": "0.000", "source": "manager"},

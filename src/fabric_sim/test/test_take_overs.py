@@ -8,9 +8,10 @@ import genpy
 import numpy as np
 import pytest
 import rosbag
+from recording_helpers import robot, seen, tray
 
 from fabric_msgs.msg import Decision, ModelInfo, Observation, TaskState
-from fabric_planner.replay import COLUMNS, ReplayError
+from fabric_planner.replay import ReplayError
 from fabric_sim.batch_loop import Files
 from fabric_sim.experiments.take_overs import ArgumentError, arguments, main, score
 from fabric_sim.experiments.take_overs_read import Answer, Begin, answer, begins, read_folder
@@ -19,21 +20,6 @@ from fabric_sim.experiments.take_overs_watch import Models, TakeOver, Watcher, w
 from fabric_sim.experiments.trials import write_rows
 
 SHIPPED = Path(__file__).parents[1] / "recorded"
-FLAGS = COLUMNS[2:9]
-
-
-def seen(time, **flags):
-    values = {"detected": "1", **{name: "1" for name in flags}}
-    return {"time_s": time, "source": "observation", **{f: values.get(f, "0") for f in FLAGS}}
-
-
-def robot(time, action):
-    return {"time_s": time, "source": "robot", "robot_action": action}
-
-
-def tray(time, status, who):
-    return {"time_s": time, "source": "sensor", "subtask_status": status, "who": who}
-
 
 #: Two cubes: taken over, warned, taken over again and accepted; then taken over and accepted.
 ROWS = [
