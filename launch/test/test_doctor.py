@@ -54,17 +54,31 @@ def test_a_busy_master_port_is_told_and_another_one_chosen(monkeypatch):
         busy.listen()
         monkeypatch.setattr(ports, "USUAL", busy.getsockname()[1])
         assert "is busy" in next(doctor.check_master(None))[0]
-        assert ports.choose() != ports.USUAL
-    assert ports.is_free(ports.choose())
+        with ports.claimed() as port:
+            assert port != ports.USUAL
+            assert ports.is_free(port)
 
 
 def test_graphs_side_by_side_do_not_all_want_the_usual_port(monkeypatch):
     with socket.socket() as held:
         held.bind(("", 0))
         monkeypatch.setattr(ports, "USUAL", held.getsockname()[1])
-    assert ports.choose() == ports.USUAL
+    with ports.claimed() as port:
+        assert port == ports.USUAL
     assert ports.any_free() != ports.USUAL
     assert ports.is_free(ports.any_free())
+
+
+def test_graphs_that_start_at_once_get_ports_of_their_own(monkeypatch):
+    monkeypatch.setattr(ports, "USUAL", ports.any_free())
+    with ports.claimed() as first, ports.claimed() as second:
+        assert first == ports.USUAL != second
+        found = iter([first, second, ports.any_free()])
+        monkeypatch.setattr(ports, "any_free", lambda: next(found))
+        with ports.claimed() as third:
+            assert third not in (first, second)
+    with ports.claimed() as again:
+        assert again == first
 
 
 def test_a_python_that_does_not_see_ros_is_told(monkeypatch, tmp_path):

@@ -51,8 +51,12 @@ def environment(port: int, log: Path) -> dict[str, str]:
 
 def run(launch_file: str, words: Sequence[str], log: Path) -> int:
     """roslaunch to its end; its exit code, or 128 + the signal that somebody sent us."""
-    port = ports.choose()
-    print(f"fabric: ROS master on port {port}", file=sys.stderr)
+    with ports.claimed() as port:
+        print(f"fabric: ROS master on port {port}", file=sys.stderr)
+        return _roslaunch(port, launch_file, words, log)
+
+
+def _roslaunch(port: int, launch_file: str, words: Sequence[str], log: Path) -> int:
     command = ["roslaunch", "--no-summary", "--disable-title", "--skip-log-check", "-p", str(port)]
     process = subprocess.Popen(
         [*command, "fabric_bringup", launch_file, *words],

@@ -3,7 +3,11 @@
 
 from __future__ import annotations
 
+import errno
+import itertools
 import socket
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 USUAL = 11311
 
@@ -19,9 +23,25 @@ def is_free(port: int) -> bool:
     return True
 
 
-def choose() -> int:
-    """The usual port of a ROS master if it is free, else any free one."""
-    return USUAL if is_free(USUAL) else any_free()
+@contextmanager
+def claimed() -> Iterator[int]:
+    """The usual port of a ROS master if it is free, else any free one.
+
+    Until the block ends nobody else gets it here, whether a master listens already or not: two
+    graphs may start at once. The claim is a name in Linux' abstract namespace of sockets, which
+    has one owner on the machine and goes with its process.
+    """
+    for port in itertools.chain([USUAL], iter(any_free, None)):
+        with socket.socket(socket.AF_UNIX) as claim:
+            try:
+                claim.bind(f"\0fabric-ros-master-{port}")
+            except OSError as error:
+                if error.errno != errno.EADDRINUSE:
+                    raise
+                continue
+            if is_free(port):
+                yield port
+                return
 
 
 def any_free() -> int:
@@ -29,7 +49,3 @@ def any_free() -> int:
     with socket.socket() as other:
         other.bind(("", 0))
         return other.getsockname()[1]
-
-
-if __name__ == "__main__":
-    print(choose())
