@@ -92,7 +92,7 @@ def output_of(cell: Cell, moment: Moment) -> CellOutput:
     assert moment.hidden is not None
     output.truth = reports.truth(t, moment.sequence, cell.task.task_id, moment.hidden)
     output.conveyor = reports.conveyor(t, cell.stock)
-    output.cubes = reports.cubes(t, _seen(cell))
+    output.cubes = reports.cubes(t, seen(cell))
     output.containers = moment.containers
     output.warning = reports.header(t) if percept.warning else None
     output.activity = reports.activity(t, percept)
@@ -100,7 +100,7 @@ def output_of(cell: Cell, moment: Moment) -> CellOutput:
     return output
 
 
-def _seen(cell: Cell) -> list[tuple[CubeState, int, Point]]:
+def seen(cell: Cell) -> list[tuple[CubeState, int, Point]]:
     """Every cube in view, where it is said to be (Cube.WHERE_*), and its middle in the cell, m."""
     lying = _lying(cell)
     return [

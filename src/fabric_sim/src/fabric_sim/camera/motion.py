@@ -26,6 +26,7 @@ from fabric_sim.sensing import Behaviour
 WALK_TIME = 1.6  # s for a metre, at a pace of 1
 LEAN = 0.10  # of the way of the hand that the head goes along
 QUICKEST_WALK = 0.5  # s
+UNHURRIED = 0.7  # of the time for leaving that is spent on walking away
 
 
 class Phase(enum.Enum):
@@ -149,7 +150,9 @@ class PersonMotion:
             return
         way = float(np.linalg.norm(self._walk.at(t).p - np.array(goal)))
         time = 0.4 + WALK_TIME * way / self._manner.pace
-        if self.phase is Phase.REACH:  # back from a break and at work at once
+        if intent.walking and intent.deadline < math.inf:  # nobody hurries into a break
+            time = max(time, UNHURRIED * (intent.deadline - t))
+        elif self.phase is Phase.REACH:  # back from a break and at work at once
             time = max(QUICKEST_WALK, min(time, 0.8 * (intent.deadline - t)))
         self._walk.go(t, goal, time)
 
