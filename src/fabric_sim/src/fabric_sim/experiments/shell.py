@@ -6,6 +6,7 @@ from __future__ import annotations
 import argparse
 import json
 import math
+import os
 import sys
 from collections.abc import Iterable
 from datetime import datetime
@@ -38,11 +39,17 @@ def without_nan(content: Any) -> Any:
 
 
 def tell(text: str, lines: Iterable[dict[str, Any]], paths: Iterable[Path], as_json: bool) -> None:
-    """Print the tables, or one JSON object a line, and which files were written."""
-    if as_json:
-        for line in lines:
-            print(json.dumps(line))
-    else:
-        print(text)
-    for path in paths:
-        print(f"wrote {path}", file=sys.stderr if as_json else sys.stdout)
+    """Print the tables, or one JSON object a line, and which files were written.
+
+    Whoever reads may stop in the middle, as `head` does: all is written by now.
+    """
+    try:
+        for said in map(json.dumps, lines) if as_json else [text]:
+            print(said)
+        for path in paths:
+            print(f"wrote {path}", file=sys.stderr if as_json else sys.stdout)
+        sys.stdout.flush()
+    except BrokenPipeError:
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, sys.stdout.fileno())  # for what Python still flushes at its end
+        os.close(nowhere)
