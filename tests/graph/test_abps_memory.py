@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The ABPS node alone: what it knows of a person survives its death, and ends on request; it goes
-on without a planner."""
+on without a planner, and while a planner thinks."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import json
 import subprocess
 import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from xmlrpc.client import ServerProxy
@@ -19,7 +19,14 @@ import rospy
 from fabric_abps import Job, Library, SelectorParameters, train
 from fabric_bringup import ports
 from fabric_msgs.msg import Decision, Heartbeat, Observation, PolicyChoice, TaskEvent, TypeBelief
-from fabric_msgs.srv import ResetTypes, SelectPolicy
+from fabric_msgs.srv import (
+    ResetTypes,
+    SelectPolicy,
+    SelectPolicyResponse,
+    SetModel,
+    SetModelRequest,
+    SetModelResponse,
+)
 
 DEADLINE = 60.0  # s, wall time for any one condition
 NODE = Path(__file__).parents[2] / "src/fabric_abps/nodes/abps_node.py"
@@ -82,7 +89,8 @@ class Robot(rospy.SubscribeListener):
         super().__init__()
         self._news = threading.Condition()
         self._beliefs: list[TypeBelief] = []
-        self._listeners, self._handled = 0, {}
+        self._choices: list[PolicyChoice] = []
+        self._listeners, self._beats, self._handled = 0, 0, {}
         self._publish = {
             kind: rospy.Publisher(topic, kind, subscriber_listener=self, queue_size=100)
             for topic, kind in (
@@ -92,6 +100,7 @@ class Robot(rospy.SubscribeListener):
             )
         }
         rospy.Subscriber("abps/type_belief", TypeBelief, self._take)
+        rospy.Subscriber("abps/policy", PolicyChoice, self._learn)
         rospy.Subscriber("heartbeat", Heartbeat, self._count)
 
     def peer_subscribe(self, *_: object) -> None:
@@ -104,8 +113,14 @@ class Robot(rospy.SubscribeListener):
             self._beliefs.append(belief)
             self._news.notify_all()
 
+    def _learn(self, choice: PolicyChoice) -> None:
+        with self._news:
+            self._choices.append(choice)
+            self._news.notify_all()
+
     def _count(self, heartbeat: Heartbeat) -> None:
         with self._news:
+            self._beats += 1
             self._handled = {entry.topic: entry.count for entry in heartbeat.handled}
             self._news.notify_all()
 
@@ -116,9 +131,22 @@ class Robot(rospy.SubscribeListener):
             assert self._news.wait_for(lambda: self._listeners >= len(self._publish), DEADLINE)
             return self._beliefs[-1]
 
+    def chosen(self, count: int) -> list[tuple[int, str]]:
+        """Task and policy of so many choices, as soon as there are as many."""
+        with self._news:
+            assert self._news.wait_for(lambda: len(self._choices) >= count, DEADLINE)
+            return [(choice.task_id, choice.policy) for choice in self._choices]
+
+    def hear(self, beats: int) -> dict[str, int]:
+        """Wait for some more heartbeats; return what has been handled by the last of them."""
+        with self._news:
+            until = self._beats + beats
+            assert self._news.wait_for(lambda: self._beats >= until, DEADLINE)
+            return dict(self._handled)
+
     def forget(self) -> None:
         with self._news:
-            self._listeners, self._beliefs = 0, []
+            self._listeners, self._beliefs, self._choices = 0, [], []
 
     def _show(self, task_id: int, number: int, code: int, **fields) -> None:
         message = Observation(task_id=task_id, sequence=number, detected=True, **fields)
@@ -167,7 +195,7 @@ def node(
         process.communicate(timeout=DEADLINE)
 
 
-def select(task_id: int) -> PolicyChoice:
+def select(task_id: int) -> SelectPolicyResponse:
     return rospy.ServiceProxy("abps/select", SelectPolicy)(task_id, 1)
 
 
@@ -210,3 +238,39 @@ def test_without_a_planner_the_policy_stays_and_the_task_is_credited_to_it(
         assert select(2).policy == "two"  # nothing was switched before
     kept = json.loads((tmp_path / "P07_tiny.json").read_text())
     assert len(kept["state"]["p_values"]) == 1  # none for a task that several policies share
+
+
+class Planner:
+    """Takes another model, after two heartbeats of the one who asks and after `meanwhile`."""
+
+    def __init__(self, robot: Robot, meanwhile: Callable[[], None]) -> None:
+        self._robot, self._meanwhile = robot, meanwhile
+        self.handled: list[dict[str, int]] = []
+        self._service = rospy.Service("planner/set_model", SetModel, self._set_model)
+
+    def _set_model(self, request: SetModelRequest) -> SetModelResponse:
+        self._meanwhile()
+        self.handled.append(self._robot.hear(2))
+        return SetModelResponse(accepted=request.keep_belief)
+
+    def leave(self) -> None:
+        self._service.shutdown()
+
+
+def test_while_the_planner_thinks_the_heart_beats_and_the_next_message_waits(
+    master, folder, tmp_path
+) -> None:
+    robot, selected = Robot(), []
+    next_task = threading.Thread(target=lambda: selected.append(select(2)))
+    planner = Planner(robot, next_task.start)
+    try:
+        with node(master, folder, tmp_path, robot, switch_inside=True, switch_margin=0.0):
+            robot.meet()
+            assert select(1).policy == "one"
+            robot.decide(1, 1, WARNING)
+            next_task.join(DEADLINE)
+            assert robot.chosen(3) == [(1, "one"), (1, "two"), (2, selected[0].policy)]
+    finally:
+        planner.leave()
+    [handled] = planner.handled
+    assert handled["observation"] + handled["decision"] == 1  # not the later one of the two

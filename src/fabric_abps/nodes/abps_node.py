@@ -4,7 +4,10 @@
 task after a decision; keeps what it knows of a person in a file."""
 
 import sys
+import threading
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import rospy
 
@@ -17,6 +20,7 @@ from fabric_abps import (
     TrainedModels,
     fingerprint,
 )
+from fabric_abps.library import MODELS
 from fabric_msgs.msg import Decision, Observation, PolicyChoice, TaskEvent, TypeBelief
 from fabric_msgs.srv import (
     ResetTypes,
@@ -30,22 +34,40 @@ from fabric_msgs.traffic import Traffic
 
 
 class AbpsNode:
-    """Messages in, selector, messages out."""
+    """Messages in, selector, messages out, one after the other.
+
+    While the planner is asked for another policy the next message waits, but not behind the lock:
+    the heartbeat goes on, and tells that the message which led to the question is not dealt with.
+    """
 
     def __init__(self, selector: Selector, memory: Memory | None) -> None:
         self._selector, self._memory = selector, memory
         self._observed = self._decided = 0  # newest sequences; a decision has that of its cause
         self._traffic = Traffic("abps")
+        self._answered = threading.Condition(self._traffic.lock)
+        self._asking = False  # the planner; its answer is not there yet
         self._policy = self._traffic.publisher("abps/policy", PolicyChoice, latch=True)
         self._belief = rospy.Publisher("abps/type_belief", TypeBelief, latch=True, queue_size=10)
         self._set_model = rospy.ServiceProxy("planner/set_model", SetModel)
-        self._traffic.subscribe("observation", Observation, self._on_observation)
-        self._traffic.subscribe("decision", Decision, self._on_decision)
-        self._traffic.subscribe("task/event", TaskEvent, self._on_event)
+        for topic, kind, callback in (
+            ("observation", Observation, self._on_observation),
+            ("decision", Decision, self._on_decision),
+            ("task/event", TaskEvent, self._on_event),
+        ):
+            self._traffic.subscribe(topic, kind, self._in_turn(callback))
         locked = self._traffic.serialised
-        rospy.Service("abps/select", SelectPolicy, locked(self._select))
-        rospy.Service("abps/reset", ResetTypes, locked(self._reset))
+        rospy.Service("abps/select", SelectPolicy, locked(self._in_turn(self._select)))
+        rospy.Service("abps/reset", ResetTypes, locked(self._in_turn(self._reset)))
         locked(self._publish_belief)()
+
+    def _in_turn(self, callback: Callable[[Any], Any]) -> Callable[[Any], Any]:
+        """`callback`, to be called with the lock held, after the planner's answer."""
+
+        def waiting(message: Any) -> Any:
+            self._answered.wait_for(lambda: not self._asking)
+            return callback(message)
+
+        return waiting
 
     def _on_observation(self, message: Observation) -> None:
         if self._selector.observe(message):
@@ -72,10 +94,29 @@ class AbpsNode:
             self._publish_choice(choice, choice.reason)
 
     def _refused(self, choice: Choice) -> str:
-        """Ask the planner for a policy; why it does not take it, or nothing."""
+        """Ask the planner for a policy; why it does not take it, or nothing.
+
+        A thread of its own asks, and the lock is free until the answer is there.
+        """
+        answers: list[str] = []
+
+        def ask() -> None:
+            answer = self._answer(choice)
+            with self._answered:
+                answers.append(answer)
+                self._answered.notify_all()
+
+        self._asking = True
+        threading.Thread(target=ask, daemon=True).start()
+        self._answered.wait_for(lambda: answers)
+        self._asking = False
+        self._answered.notify_all()
+        return answers[0]
+
+    def _answer(self, choice: Choice) -> str:
         try:
             response = self._set_model(str(choice.path), True)
-        except rospy.ServiceException as error:
+        except Exception as error:  # whatever it is: a callback waits for the answer
             return f"planner/set_model failed: {error}"
         return "" if response.accepted else response.reason or "refused"
 
@@ -132,7 +173,7 @@ class AbpsNode:
 
 def models_file() -> Path:
     """What was trained on the library; it lies in its folder."""
-    return Path(rospy.get_param("~library")) / "models.npz"
+    return Path(rospy.get_param("~library")) / MODELS
 
 
 def load_selector() -> Selector:
