@@ -64,6 +64,8 @@ def test_it_forgets_and_remembers_on_request_and_refuses_nonsense() -> None:
     assert criterion.memory == kept
     with pytest.raises(ValueError, match="sum to 1"):
         criterion.memory = [0.5, 0.1]
+    with pytest.raises(ValueError, match="must be a list"):
+        criterion.memory = [[0.5, 0.5]]
     with pytest.raises(ValueError, match="utility nan"):
         criterion.learn(0, float("nan"))
     criterion.memory = [0.5, 0.5]

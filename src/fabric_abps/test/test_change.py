@@ -124,7 +124,10 @@ def test_impossible_settings_are_refused(arguments, message) -> None:
         ({"people": [[1.0] * N_TYPES] * 9}, "odds"),
         ({"evidence": [[float("nan")] * N_TYPES]}, "not finite"),
         ({"people": [[0.0] * N_TYPES] * 3}, "positive"),
-        ({"people": [[1.0, 2.0]]}, "reshape"),
+        ({"people": [[1.0, 2.0]]}, f"change: people must be rows of {N_TYPES} numbers"),
+        ({"people": [1.0] * N_TYPES}, "change: people must be rows"),
+        ({"evidence": [[1.0], [1.0, 2.0]]}, "change: evidence must be rows"),
+        ({"evidence": "much"}, "change: evidence must be rows"),
         ({"tasks": -3}, "change: tasks must be a whole number >= 0, got -3"),
     ],
 )

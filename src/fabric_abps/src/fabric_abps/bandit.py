@@ -81,6 +81,7 @@ class Exp4(Criterion):
     @memory.setter
     def memory(self, numbers: list[float]) -> None:
         trust = np.asarray(numbers, dtype=float)
-        if trust.size and (not (trust > 0).all() or abs(trust.sum() - 1.0) > 1e-6):
-            raise ValueError("exp4: trust must be positive and sum to 1")
+        adds_up = trust.size == 0 or abs(trust.sum() - 1.0) <= 1e-6
+        if trust.ndim != 1 or not (trust > 0).all() or not adds_up:
+            raise ValueError("exp4: trust must be a list of positive numbers that sum to 1")
         self._trust = trust

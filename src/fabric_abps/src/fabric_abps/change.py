@@ -8,14 +8,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import logsumexp
 
+from fabric_abps.kept import rows, whole
+
 CONCENTRATION = 2.0  # of the Dirichlet prior over a person's mixture of types, in tasks
-
-
-def whole(name: str, value: object) -> int:
-    """The value, which must be a whole number >= 0; raises ValueError naming it."""
-    if not isinstance(value, int) or isinstance(value, bool) or value < 0:
-        raise ValueError(f"{name} must be a whole number >= 0, got {value!r}")
-    return value
 
 
 class ChangeDetector:
@@ -95,11 +90,15 @@ class ChangeDetector:
         }
 
     def restore(self, state: dict) -> None:
-        """Go on from a `state`. Raises ValueError or KeyError when it is none of these types."""
+        """Go on from a `state`.
+
+        Raises KeyError when an entry is missing, ValueError, TypeError or OverflowError when one
+        does not fit; nothing changes then.
+        """
         n = self._prior.size
-        people = np.asarray(state["people"], dtype=float).reshape(-1, n)
+        people = rows("change: people", state["people"], n)
         odds = np.asarray(state["log_odds"], dtype=float)
-        evidence = np.asarray(state["evidence"], dtype=float).reshape(-1, n)
+        evidence = rows("change: evidence", state["evidence"], n)
         if odds.shape != (len(people) - 1,):
             raise ValueError("change: each new person must have odds")
         if not all(np.isfinite(array).all() for array in (people, odds, evidence)):

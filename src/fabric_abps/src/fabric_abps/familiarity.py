@@ -7,6 +7,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import gammaincc
 
+from fabric_abps.kept import rows
+
 
 class Familiarity:
     """Looks back on the latest tasks.
@@ -49,8 +51,8 @@ class Familiarity:
 
     def restore(self, state: ArrayLike, n_types: int) -> None:
         """Go on from a `state`. Raises ValueError when it holds anything else."""
-        values = np.asarray(state, dtype=float).reshape(-1, n_types)
+        values = rows("p_values", state, n_types)
         if not ((values > 0) & (values <= 1)).all():
-            raise ValueError("p_values: must be in (0, 1]")
+            raise ValueError("p_values must be in (0, 1]")
         self.reset()
         self._p_values.extend(values)

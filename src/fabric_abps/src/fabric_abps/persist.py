@@ -56,8 +56,8 @@ class Memory:
     def load(self, selector: Selector) -> bool:
         """Let the selector go on where the file stops; False when there is none yet.
 
-        Raises MemoryFileError when the file is damaged or about other models; neither it nor the
-        selector is changed then.
+        Raises MemoryFileError when the file is damaged or about other models. It stays as it is
+        then, and the selector is as it was, or as after `reset`.
         """
         try:
             text = self.path.read_text(encoding="utf-8")

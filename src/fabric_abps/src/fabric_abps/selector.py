@@ -10,11 +10,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fabric_abps.belief import TypeBelief
-from fabric_abps.change import ChangeDetector, whole
+from fabric_abps.change import ChangeDetector
 from fabric_abps.criteria import make_criterion
 from fabric_abps.evidence import TaskEvidence
 from fabric_abps.explain import Explanation, in_words, moves
 from fabric_abps.familiarity import Familiarity
+from fabric_abps.kept import whole
 from fabric_abps.library import Library
 from fabric_abps.models import TrainedModels
 from fabric_abps.parameters import SelectorParameters
