@@ -56,6 +56,15 @@ def test_training_refuses_what_a_person_must_not_return(library) -> None:
         train(library, TYPES, run_job, tasks=1, seed=1)
 
 
+@pytest.mark.parametrize("change", [lambda done: done[:-1], lambda done: [*done, done[0]]])
+def test_a_map_that_loses_or_adds_results_is_refused(library, change) -> None:
+    def wrong(function, jobs):
+        return change([function(job) for job in jobs])
+
+    with pytest.raises(ValueError, match="one result for each of 27 jobs"):
+        train(library, TYPES, run_job, tasks=3, seed=1, map_jobs=wrong)
+
+
 def test_progress_counts_tasks(library) -> None:
     done = []
     train(library, TYPES, run_job, tasks=5, seed=1, progress=lambda *pair: done.append(pair))

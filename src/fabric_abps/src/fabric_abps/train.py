@@ -7,6 +7,7 @@ behaves and earns otherwise than somebody new.
 """
 
 import hashlib
+import itertools
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any, NamedTuple
@@ -75,7 +76,7 @@ def train(
     run_job(job) returns utility and codes of each task of a person; it is handed in, so this
     package knows no simulator. map_jobs may spread the work, keeping the order (map, Executor.map).
     progress(done, total) counts tasks. Raises ValueError naming policy, type and seed when a job
-    returns something else.
+    returns something else, and when the map does not give one result for each job.
     """
     jobs = jobs_of(library, types, tasks, seed)
     library_hash = library.hash  # before the work: a file may be edited meanwhile
@@ -87,6 +88,7 @@ def train(
         rows = [_pair(results, tasks) for _ in library.names]
         utilities.append([[utility for utility, _ in row] for row in rows])
         codes.append([[sequence for _, sequence in row] for row in rows])
+    next(results, None)  # lets the map end, and finds results that nobody asked for
     everybody = [[people] * len(library.names)] * len(types)
     return TrainedModels(
         scenario=library.scenario,
@@ -112,7 +114,9 @@ def _checked(
     progress: Callable[[int, int], None] | None,
 ) -> Iterator[Sequence[Task]]:
     done, total = 0, sum(job.tasks for job in jobs)
-    for job, session in zip(jobs, results, strict=True):
+    for job, session in itertools.zip_longest(jobs, results):
+        if job is None or session is None:
+            raise ValueError(f"the map does not give one result for each of {len(jobs)} jobs")
         _check(job, session)
         done += job.tasks
         if progress is not None:
