@@ -118,7 +118,13 @@ def test_an_empty_task_says_nothing() -> None:
 
 @pytest.mark.parametrize(
     ("codes", "message"),
-    [([64], r"code \[0\] is 64"), ([0, -1], r"code \[1\] is -1"), ([0.5], "integers")],
+    [
+        ([64], r"code \[0\] is 64"),
+        ([0, -1], r"code \[1\] is -1"),
+        ([0.5], "integers"),
+        ([[0, 1]], r"shape \(1, 2\)"),
+        (5, r"shape \(\)"),
+    ],
 )
 def test_codes_out_of_range_are_refused_by_place(codes, message) -> None:
     with pytest.raises(ValueError, match="type 0, policy 0, task 0: .*" + message):
@@ -168,6 +174,7 @@ def _rewrite(path, **changes) -> None:
         ({"utility_mean": np.full((3, 3), np.nan)}, "type 0, policy 0: mean utility"),
         ({"transitions": np.full((3, 3, 65, 64), -1)}, "negative"),
         ({"predictive": "guess"}, "'guess' is none of"),
+        ({"seed": np.array(np.inf)}, "infinity"),
         ({"scenario": np.array([{}], dtype=object)}, "pickle"),
     ],
 )

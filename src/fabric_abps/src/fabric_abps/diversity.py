@@ -65,8 +65,8 @@ def choose(utility: NDArray, dials: NDArray, size: int, always: Sequence[int]) -
     utility: (n_candidates, n_people) points; dials: (n_people, n_dials) in [0, 1]. The weakest (see
     `shortlist`) are dropped, the rest clustered by for whom they are better than on average, and of
     each cluster the one is kept that adds most to what the best of the library for each person
-    earns. Raises ValueError when a figure is not finite or there are fewer
-    candidates than the library takes.
+    earns. Raises ValueError when a figure is not finite or there are fewer candidates than the
+    library takes.
     """
     _check(utility, size, always)
     expected = smoothed(utility, dials)

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fabric_abps.observation_model import ObservationModel
+from fabric_abps.observation_model import ObservationModel, task_weight
 from fabric_abps.signals import SignalEncoder
 
 
@@ -56,9 +56,8 @@ class TaskEvidence:
         return np.concatenate(parts)
 
     def weight(self, effective: float) -> float:
-        """Share of its log-likelihood that a task counts with, so that it weighs like at most
-        `effective` observations; see ObservationModel.log_likelihood."""
-        return min(1.0, effective / max(self.count, 1))
+        """Share of its log-likelihood that the task counts with, see `task_weight`."""
+        return task_weight(self.count, effective)
 
     def log_likelihood(self, model: ObservationModel) -> NDArray:
         """ln P(sigma | tau, pi) under every type, (n_types,) nats, of one observation at least."""

@@ -113,7 +113,7 @@ class TrainedModels:
                     data["transitions"], data["typicality"], float(data["concentration"])
                 ),
             )
-        except (ValueError, TypeError) as error:
+        except (ValueError, TypeError, OverflowError) as error:
             raise ModelsError(f"{path}: {error}") from error
 
 

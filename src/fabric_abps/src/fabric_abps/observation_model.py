@@ -20,6 +20,8 @@ QUANTILES = 100  # points of the stored distribution of the typicality statistic
 def check_codes(codes: ArrayLike) -> NDArray:
     """The codes as integers, (n_codes,). Raises ValueError naming a code outside 0..63."""
     array = np.asarray(codes)
+    if array.ndim != 1:
+        raise ValueError(f"codes must be a sequence of integers, got shape {array.shape}")
     if array.size == 0:
         return np.zeros(0, dtype=np.int64)
     if not np.issubdtype(array.dtype, np.integer):
@@ -27,7 +29,17 @@ def check_codes(codes: ArrayLike) -> NDArray:
     wrong = np.flatnonzero((array < 0) | (array >= N_CODES))
     if wrong.size:
         raise ValueError(f"code [{wrong[0]}] is {array[wrong[0]]}, outside 0..{N_CODES - 1}")
-    return array.astype(np.int64).ravel()
+    return array.astype(np.int64)
+
+
+def task_weight(count: int, effective: float) -> float:
+    """Share of its log-likelihood that a task of so many observations counts with, (0, 1].
+
+    A person is never exactly one of the known types, and what somebody does in a task hangs
+    together more than the model knows, so the plain product would decide after a single task: it
+    weighs like at most `effective` of its observations.
+    """
+    return min(1.0, effective / max(count, 1))
 
 
 class ObservationModel:
@@ -66,7 +78,7 @@ class ObservationModel:
         if not (np.isfinite(concentration) and concentration > 0):
             raise ValueError(f"concentration must be positive, got {concentration}")
         self.concentration = float(concentration)
-        self._everybody = _everybody(self.counts.sum(axis=(0, 1)), self.concentration)
+        self._everybody = everybody(self.counts.sum(axis=(0, 1)), self.concentration)
         self._log: dict[int, NDArray] = {}  # (n_types, 65, 64) nats by policy
 
     @classmethod
@@ -118,14 +130,12 @@ class ObservationModel:
     ) -> NDArray:
         """ln P(sigma | tau, pi) of a task's codes for every type, (n_types,) nats.
 
-        A person is never exactly one of the known types, and what somebody does in a task hangs
-        together more than the model knows, so the plain product would decide after a single task.
-        A task of n codes weighs like min(n, effective) of them. previous: as in contributions.
+        effective: see task_weight. previous: as in contributions.
         """
         if not effective > 0:
             raise ValueError(f"effective must be positive, got {effective}")
         parts = self.contributions(codes, policy, previous)
-        return min(1.0, effective / max(len(parts), 1)) * parts.sum(axis=0)
+        return task_weight(len(parts), effective) * parts.sum(axis=0)
 
     def p_values(self, codes: ArrayLike, policy: int) -> NDArray:
         """How typical a task is of every type, (n_types,) in (0, 1].
@@ -164,8 +174,8 @@ class ObservationModel:
         return np.quantile(statistic, (np.arange(QUANTILES) + 0.5) / QUANTILES)
 
 
-def _everybody(counts: NDArray, concentration: float) -> NDArray:
-    """Q(b | a) of the class comment from the counts of all pairs, (65, 64)."""
+def everybody(counts: NDArray, concentration: float) -> NDArray:
+    """Q(b | a) of ObservationModel from the counts of all pairs, both (n_rows, n_columns)."""
     unordered = counts.sum(axis=0) + 1.0
     R = unordered / unordered.sum()
     return (counts + concentration * R) / (counts.sum(axis=1, keepdims=True) + concentration)

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import gammaln, logsumexp
 
+from fabric_abps.observation_model import everybody
 from fabric_abps.signals import BITS, N_CODES
 
 START = END = N_CODES
@@ -67,15 +68,13 @@ REPRESENTATIONS = (
 
 def posterior(counts: NDArray, concentration: float, own: bool) -> NDArray:
     """Dirichlet parameters (n_types, n_policies, n_rows, n_columns) from the training's counts."""
-    everybody = counts.sum(axis=(0, 1))
-    unordered_counts = everybody.sum(axis=0) + 1.0
-    R = unordered_counts / unordered_counts.sum()
     if own:
+        unordered_counts = counts.sum(axis=(0, 1, 2)) + 1.0
+        R = unordered_counts / unordered_counts.sum()
         pair = counts.sum(axis=2) + concentration * R
         Q = (pair / pair.sum(axis=-1, keepdims=True))[:, :, None, :]
     else:
-        total = everybody.sum(axis=1, keepdims=True)
-        Q = (everybody + concentration * R) / (total + concentration)
+        Q = everybody(counts.sum(axis=(0, 1)), concentration)
     return counts + concentration * Q
 
 
@@ -102,7 +101,7 @@ def held_out(
     """Leave each person out in turn: codes[type][policy][person][task] is (n_codes,).
 
     Every pair needs as many people, two at least, with as many tasks each. effective: as in
-    ObservationModel.log_likelihood, for the posterior.
+    `task_weight`, for the posterior.
     """
     counts = _tables(codes, representation.count)  # types, policies, people, tasks, rows, columns
     n_codes = np.array(
