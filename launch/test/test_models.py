@@ -23,6 +23,9 @@ def test_a_selector_file_without_its_parameters_is_refused_by_name(tmp_path, cap
     path.write_text("", encoding="utf-8")
     assert main([*ABPS, f"selector:={path}"]) == 2
     assert f"{path}: parameters must be a mapping" in capsys.readouterr().err
+    path.write_text("criterion: [greedy\n", encoding="utf-8")
+    assert main([*ABPS, f"selector:={path}"]) == 2
+    assert f"{path}: while parsing" in capsys.readouterr().err
 
 
 def test_a_folder_without_trained_models_is_refused_by_name(tmp_path, capsys):

@@ -104,7 +104,7 @@ class Files:
         path = Path(parameters) if parameters else package / "config/selector.yaml"
         try:
             values = SelectorParameters.load(yaml.safe_load(path.read_text(encoding="utf-8")))
-        except ValueError as error:
+        except (ValueError, yaml.YAMLError) as error:
             raise ValueError(f"{path}: {error}") from error
         models = TrainedModels.load(folder / MODELS)
         return Selector(Library.load(folder, scenario), models, values)
