@@ -16,8 +16,8 @@ import cv2
 import numpy as np
 
 PROBE_SIDE, PROBE_AT = 80, 40  # pixels, of the drawn marker that tells how corners are counted
-MARGIN = 0.35  # of a marker's extent, that is cut out around it for the refinement
-LEAST_MARGIN = 8  # pixels
+MARGIN = 0.2  # of a marker's extent, that is cut out around it for the refinement
+LEAST_MARGIN = 6  # pixels
 
 
 class Marker(NamedTuple):

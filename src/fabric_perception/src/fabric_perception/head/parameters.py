@@ -17,7 +17,7 @@ class HeadParameters:
 
     window: int = _parameter(23, "pixels", 3, 99, "odd; of the one adaptive threshold")
     corner_noise: float = _parameter(
-        0.3, "pixels", 0.01, 10.0, "of a corner, in the choice between two poses"
+        0.8, "pixels", 0.01, 10.0, "of a corner of a moving head, in the choice between two poses"
     )
     largest_error: float = _parameter(
         4.0, "pixels", 0.1, 50.0, "root mean square of a pose's corners; one above is no pose"

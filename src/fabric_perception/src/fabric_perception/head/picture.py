@@ -6,6 +6,7 @@ resolution and then averaged over each pixel, like the light that falls on one.
 """
 
 from dataclasses import dataclass
+from functools import cache
 
 import cv2
 import numpy as np
@@ -41,13 +42,10 @@ def helmet_picture(
     Markers that face away are not drawn; the lens is free of distortion.
     """
     rng = np.random.default_rng(seed)
-    size = (camera.width * OVERSAMPLING, camera.height * OVERSAMPLING)
-    canvas = _background(rng, camera, optics)
-    canvas = cv2.resize(canvas, size, interpolation=cv2.INTER_LINEAR)
+    picture = _background(rng, camera, optics)
     visible = [m for m in helmet.markers.values() if facing(camera, pose, m) > 0.05]
     for marker in sorted(visible, key=lambda m: -_distance(camera, pose, m)):
-        _paint(canvas, camera, helmet, pose, marker)
-    picture = cv2.resize(canvas, (camera.width, camera.height), interpolation=cv2.INTER_AREA)
+        _paint(picture, camera, helmet, pose, marker)
     if optics.motion >= 1.0:
         picture = cv2.blur(picture, (int(round(optics.motion)), 1))
     if optics.blur > 0.0:
@@ -87,21 +85,40 @@ def _background(rng: np.random.Generator, camera: Camera, optics: Optics) -> np.
 
 
 def _paint(
-    canvas: np.ndarray, camera: Camera, helmet: Helmet, pose: np.ndarray, marker: HelmetMarker
+    picture: np.ndarray, camera: Camera, helmet: Helmet, pose: np.ndarray, marker: HelmetMarker
 ) -> None:
-    dictionary = dictionary_of(helmet.dictionary)
-    cells = int(dictionary.markerSize) + 2
-    printed = np.full(((cells + 2) * CELL,) * 2, 255, np.uint8)
-    printed[CELL:-CELL, CELL:-CELL] = draw(dictionary, marker.id, cells * CELL)
-    edge = CELL - 0.5
-    end = printed.shape[0] - CELL - 0.5
-    source = np.array([[edge, edge], [end, edge], [end, end], [edge, end]])
     corners = camera.project(marker.corners @ pose[:3, :3].T + pose[:3, 3])
     if not np.isfinite(corners).all():
         return
-    target = (corners + 0.5) * OVERSAMPLING - 0.5
-    H = cv2.getPerspectiveTransform(source.astype(np.float32), target.astype(np.float32))
-    size = (canvas.shape[1], canvas.shape[0])
-    warped = cv2.warpPerspective(printed.astype(np.float32), H, size, flags=cv2.INTER_LINEAR)
-    mask = cv2.warpPerspective(np.ones_like(printed), H, size, flags=cv2.INTER_NEAREST) > 0
-    canvas[mask] = warped[mask]
+    printed, source = _printed(helmet.dictionary, marker.id)
+    margin = 0.5 * float(np.ptp(corners, axis=0).max()) + 2.0
+    low = np.maximum(np.floor(corners.min(axis=0) - margin), 0).astype(int)
+    size = (camera.width, camera.height)
+    high = np.minimum(np.ceil(corners.max(axis=0) + margin), size).astype(int)
+    if (high <= low).any():
+        return
+    H = cv2.getPerspectiveTransform(source, _oversampled(corners - low).astype(np.float32))
+    fine = tuple(int(n) for n in (high - low) * OVERSAMPLING)
+    warped = cv2.warpPerspective(printed, H, fine, flags=cv2.INTER_LINEAR)
+    cover = cv2.warpPerspective(np.ones_like(printed), H, fine, flags=cv2.INTER_LINEAR)
+    coarse = tuple(int(n) for n in high - low)
+    light = cv2.resize(warped, coarse, interpolation=cv2.INTER_AREA)
+    share = cv2.resize(cover, coarse, interpolation=cv2.INTER_AREA)
+    part = picture[low[1] : high[1], low[0] : high[0]]
+    part[:] = light + (1.0 - share) * part
+
+
+def _oversampled(pixels: np.ndarray) -> np.ndarray:
+    """The same places counted in finer pixels, centres at whole numbers in both."""
+    return (pixels + 0.5) * OVERSAMPLING - 0.5
+
+
+@cache
+def _printed(name: str, marker: int) -> tuple[np.ndarray, np.ndarray]:
+    """A marker with its white rim (n, n), and its corners (4, 2) there, clockwise."""
+    dictionary = dictionary_of(name)
+    cells = int(dictionary.markerSize) + 2
+    printed = np.full(((cells + 2) * CELL,) * 2, 255.0, np.float32)
+    printed[CELL:-CELL, CELL:-CELL] = draw(dictionary, marker, cells * CELL)
+    near, far = CELL - 0.5, (cells + 1) * CELL - 0.5
+    return printed, np.array([[near, near], [far, near], [far, far], [near, far]], np.float32)
