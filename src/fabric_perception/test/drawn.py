@@ -16,6 +16,7 @@ COLOURS = ROOT / "src/fabric_perception/config/colours.yaml"
 RED, GREEN, BLUE, YELLOW = (40, 40, 205), (60, 160, 40), (200, 80, 40), (40, 200, 230)
 PAINT = {1: RED, 2: GREEN, 3: BLUE}
 WOOD, GREY, CARDBOARD, SKIN = (150, 185, 205), (90, 90, 90), (107, 153, 194), (150, 180, 225)
+NOISES = 4  # pictures of noise
 
 
 def palette():
@@ -52,6 +53,7 @@ class Painter:
         v, u = np.mgrid[0 : camera.height, 0 : camera.width]
         rays = camera.rays(np.column_stack([u.ravel(), v.ravel()]))
         self._rays = (rays @ camera.pose_in_cell[:3, :3].T).reshape(camera.height, camera.width, 3)
+        self._noises = {}
         self._empty = self._draw_cell(workspace)
         self.clear()
 
@@ -125,19 +127,36 @@ class Painter:
 
     def picture(self, noise=0.0, blur=0.0, holes=0.0, depth_noise=0.0, light=1.0):
         """bgr, depth with noise (standard deviations), blur (pixels) and a share of holes."""
-        bgr, depth = self.bgr.astype(np.float32) * light, self.depth.copy()
+        bgr = cv2.convertScaleAbs(self.bgr, alpha=light)
         if blur:
             bgr = cv2.GaussianBlur(bgr, (0, 0), blur)
         if noise:
-            bgr += self._rng.normal(0.0, noise, bgr.shape)
+            grain = self._drawn(("grain", noise), lambda: self._grain(noise))
+            bgr = cv2.add(bgr, grain, dtype=cv2.CV_8U)
+        depth = self.depth.copy()
         if depth_noise:
-            depth += self._rng.normal(0.0, depth_noise, depth.shape).astype(np.float32)
+            depth += self._drawn(("depth", depth_noise), lambda: self._depth_noise(depth_noise))
         if holes:
-            spots = self._rng.random((depth.shape[0] // 4, depth.shape[1] // 4)) < holes
-            size = (depth.shape[1], depth.shape[0])
-            spots = cv2.resize(spots.astype(np.uint8), size, interpolation=cv2.INTER_NEAREST)
-            depth[spots > 0] = np.nan
-        return np.clip(bgr, 0, 255).astype(np.uint8), depth
+            depth[self._drawn(("holes", holes), lambda: self._holes(holes))] = np.nan
+        return bgr, depth
+
+    def _drawn(self, name, draw):
+        """One of a few drawings of a kind of noise: drawing anew each time takes too long."""
+        kept = self._noises.setdefault(name, [])
+        if len(kept) < NOISES:
+            kept.append(draw())
+        return kept[int(self._rng.integers(len(kept)))]
+
+    def _grain(self, sigma):
+        return np.rint(self._rng.normal(0.0, sigma, self.bgr.shape)).astype(np.int16)
+
+    def _depth_noise(self, sigma):
+        return self._rng.normal(0.0, sigma, self.depth.shape).astype(np.float32)
+
+    def _holes(self, share):
+        height, width = self.depth.shape
+        spots = (self._rng.random((height // 4, width // 4)) < share).astype(np.uint8)
+        return cv2.resize(spots, (width, height), interpolation=cv2.INTER_NEAREST) > 0
 
     def _cast(self, middle, radius, colour, cast):
         """Draw a body that lies within `radius` m of its middle."""

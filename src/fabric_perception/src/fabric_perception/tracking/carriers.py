@@ -13,7 +13,6 @@ from fabric_perception.tracking.parameters import TrackingParameters
 HAND, CUP = "hand", "cup"
 OWNER_OF = {HAND: Container.OWNER_PERSON, CUP: Container.OWNER_ROBOT}
 UNDER_HAND = np.array([0.0, 0.0, -0.025])  # m; where a hidden cube is supposed to be
-BESIDE_WAY = 0.05  # m, from a carrier's way to a cube that it has put down
 FALL = (-0.05, 0.30)  # m, that a cube may lie below the way
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from fabric_msgs.msg import Container
-from fabric_perception.tracking.carriers import BESIDE_WAY, Carrier, Carriers, Signals
+from fabric_perception.tracking.carriers import Carrier, Carriers, Signals
 from fabric_perception.tracking.hand import HandTrack
 from fabric_perception.tracking.measuring import Detection
 from fabric_perception.tracking.parameters import TrackingParameters
@@ -28,6 +28,7 @@ STEADY = 0.7  # edges, within which a cube that lies in a container is measured
 DOUBTS = 5  # pictures in a row in which the place of a cube in a container is empty
 BIRTHPLACE = 3.0  # edges from the feeder, in which no cube turns up again
 ANYWHERE = 0.3  # m, cost of finding a lost cube far from where it was
+BESIDE_WAY = 0.02  # m beyond its reach beside a carrier's way, where a cube may be that it put down
 AWAY = 0.02  # m beyond its reach at which a carrier has left a cube
 GRACE = 0.3  # s that a cube without a number may be out of view
 
@@ -222,7 +223,11 @@ class CubeTracker:
 
     def _newcomer(self, track: CubeTrack) -> bool:
         x, y, _ = track.position
-        return self._workspace.over_belt(x, y) and not track.lifted
+        if not self._workspace.over_belt(x, y) or track.lifted:
+            return False
+        p = self._parameters
+        late = track.pictures > p.birth_pictures + p.rest_pictures  # then it is not one put back
+        return late or self._entering(track.position)
 
     def _recognise(self, t: float, found: CubeTrack) -> CubeTrack | None:
         costs = [
@@ -239,19 +244,30 @@ class CubeTracker:
         if track.carrier is not None:
             carrier = self.carriers.all[track.carrier]
             beside = carrier.way_above(place)
-            if found.rests and not carrier.reaches(place, AWAY) and beside <= BESIDE_WAY:
+            near = beside <= carrier.reach + BESIDE_WAY
+            if self._put_down(found) and not carrier.reaches(place, AWAY) and near:
                 return beside
         far = float(np.linalg.norm(place - track.position))
         if track.carrier is None and far <= 3.0 * self._workspace.edge:
             return far
         lost = track.carrier is None and track.missing is not None
         unseen = track.carrier is not None and self.carriers.all[track.carrier].grip is None
-        along = self._workspace.along(place)[0]
-        entering = along < self._workspace.feeder + BIRTHPLACE * self._workspace.edge
-        if entering and self._workspace.over_belt(place[0], place[1]):
+        if self._entering(place):
             return NEVER
         waited = track.age(t) > self._parameters.lost_after
-        return ANYWHERE + far if (lost or unseen) and waited and found.rests else NEVER
+        return ANYWHERE + far if (lost or unseen) and waited and self._put_down(found) else NEVER
+
+    def _entering(self, place: np.ndarray) -> bool:
+        """Whether a place (3,) is where new cubes come from."""
+        along = self._workspace.along(place)[0]
+        entering = along < self._workspace.feeder + BIRTHPLACE * self._workspace.edge
+        return bool(entering and self._workspace.over_belt(place[0], place[1]))
+
+    def _put_down(self, found: CubeTrack) -> bool:
+        """Whether nobody holds a cube that was found: it lies, or rides on the belt."""
+        x, y, _ = found.position
+        rides = self._workspace.over_belt(x, y) and not found.lifted
+        return found.rests or (rides and found.pictures > self._parameters.rest_pictures)
 
     def _turn_up(self, t: float, known: CubeTrack, found: CubeTrack) -> None:
         known.release(t)
