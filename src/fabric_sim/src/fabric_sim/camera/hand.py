@@ -18,12 +18,18 @@ START_UP, A_METRE = 0.30, 0.95  # s; time of a movement at pace 1 is START_UP + 
 USUAL_WAY = 0.3  # m, over which an arc bends as the manner says
 MARGIN = 0.85  # of the time left that a movement may take
 QUICKEST = 0.28  # s
-ABOVE = 1.0  # edges of a cube between its middle and the middle of the hand that holds it
+GRIP = Point(-0.068, 0.0, 0.040)  # m, from a cube's middle to that of the hand that holds it
 LIFT = 0.07  # m
 INSPECT = Point(0.30, -0.04, 0.27)  # where a cube is looked at
 HANGING = Point(0.10, -0.24, -0.02)
 WORTH_A_LOOK = 0.7  # s to spare from which on a cube is held up and looked at
 SWELL = 0.25  # s until waving is full, or has died away
+
+
+def held_at(hand: np.ndarray, geometry: CellGeometry) -> Point:
+    """The middle of a cube in a hand at (3,) m in the cell, likewise in the cell."""
+    own = geometry.person.from_cell(Point(*map(float, hand)))
+    return geometry.person.to_cell(Point(*(a - b for a, b in zip(own, GRIP, strict=True))))
 
 
 class HandPlan:
@@ -38,8 +44,8 @@ class HandPlan:
         body = geometry.body
         self.home = np.array(body.rest) + manner.rest
         self._stop = np.array(body.stop) + manner.stop
-        over_cube = geometry.conveyor.to_cell(Point(0.0, 0.0, (0.5 + ABOVE) * geometry.edge))
-        self._cube = np.array(geometry.person.from_cell(over_cube)) + manner.grip
+        at_pick_point = geometry.conveyor.to_cell(Point(0.0, 0.0, 0.5 * geometry.edge))
+        self._cube = self._hand_over(at_pick_point)
         self._track = Track(self.home)
         self._tremor = Wobble(rng, manner.tremor, manner.tremor_band)
         self._upright = Track((0.0,))
@@ -100,8 +106,7 @@ class HandPlan:
         if goal is None or deadline == math.inf:
             self._track.go(t, INSPECT, self._time_to(t, np.array(INSPECT)))
             return
-        over = Point(*goal[:2], goal.z + (0.6 + ABOVE) * self._geometry.edge)
-        end = np.array(self._geometry.person.from_cell(over)) + self._manner.grip
+        end = self._hand_over(Point(*goal[:2], goal.z + 0.6 * self._geometry.edge))
         stops = [] if lifted else [self._track.at(t).p + (0.0, 0.0, LIFT)]
         way = self._time_between(stops[0] if stops else self._track.at(t).p, end)
         spare = (MARGIN * (deadline - t)) - way - 0.75
@@ -161,6 +166,10 @@ class HandPlan:
         if self._upright.end[0] != 0.0:
             self._upright.go(t, (0.0,), 0.35)
             self._waves.go(t, (0.0,), SWELL)
+
+    def _hand_over(self, cube: Point) -> np.ndarray:
+        """The hand that holds a cube at this place (m, cell), (3,) in frame person."""
+        return np.array(self._geometry.person.from_cell(cube)) + GRIP + self._manner.grip
 
     # -- times and ways -------------------------------------------------------------------------
 

@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fabric_msgs.msg import Cube, HumanActivity, RobotActionState, SortingRule, TaskState
+from fabric_sim.camera.hand import held_at
 from fabric_sim.camera.intent import intent_of
 from fabric_sim.camera.manner import manner_of
 from fabric_sim.camera.motion import PersonMotion, PersonPose
@@ -170,7 +171,7 @@ def _row(session: _Session, t: float, pose: PersonPose) -> tuple:
         behaviour.activity,
         behaviour.present,
         holding,
-        pose.hand if holding else np.array(place),
+        np.array(held_at(pose.hand, cell.geometry) if holding else place),
         pose.head,
         pose.yaw,
         behaviour.looking_around,
