@@ -48,6 +48,10 @@ class HeadParameters:
         2, "frames", 1, 50, "seen frames in a row before looking around begins or ends"
     )
 
+    picture_age: float = _parameter(
+        0.5, "s", 0.05, 10.0, "pictures older than this, or from the future, are not used"
+    )
+
     def __post_init__(self) -> None:
         for item in fields(self):
             _check(item.name, getattr(self, item.name), type(item.default), item.metadata["range"])
