@@ -2,4 +2,10 @@
 from catkin_pkg.python_setup import generate_distutils_setup
 from setuptools import setup
 
-setup(**generate_distutils_setup(packages=["fabric_perception"], package_dir={"": "src"}))
+PARTS = ("", ".head", ".tracking")
+
+setup(
+    **generate_distutils_setup(
+        packages=["fabric_perception" + part for part in PARTS], package_dir={"": "src"}
+    )
+)

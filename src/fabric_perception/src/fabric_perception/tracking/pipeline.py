@@ -75,6 +75,12 @@ class Tracking:
         self.cubes.reset()
         self.containers.reset()
 
+    def restart(self) -> None:
+        """Forget everything; the next pictures may be of any time."""
+        self.start_task()
+        self.hand.reset()
+        self._t = -math.inf
+
     def step(
         self, t: float, bgr: np.ndarray, depth: np.ndarray, signals: Signals | None = None
     ) -> Seen:

@@ -71,7 +71,7 @@ class CubeTracker:
             self._unnamed.append(CubeTrack(t, cube, self._workspace, self._parameters))
         self._name(t, signals)
         for track in self.tracks.values():
-            self._follow(t, track)
+            self._follow(t, track, signals)
 
     # -- matching -------------------------------------------------------------------------------
 
@@ -145,6 +145,13 @@ class CubeTracker:
             return False
         along = self._workspace.along(track.position)[0]
         return abs(along) <= self._workspace.edge / 2 and bool(track.contacts)
+
+    def _sucked_off(self, track: CubeTrack, signals: Signals) -> bool:
+        """Whether the sensor misses a cube that stands there, with the cup on it."""
+        if signals.at_pick_point is not False or track.container is not None:
+            return False
+        along = self._workspace.along(track.position)[0] / self._workspace.edge
+        return bool(-0.3 <= along <= 1.0) and self.carriers.cup.reaches(track.position)
 
     def _find_carried(self, t: float, left: list[Detection]) -> list[Detection]:
         """Give cubes that are seen in a grip to tracks that are carried or have just gone."""
@@ -275,7 +282,7 @@ class CubeTracker:
 
     # -- what cubes do --------------------------------------------------------------------------
 
-    def _follow(self, t: float, track: CubeTrack) -> None:
+    def _follow(self, t: float, track: CubeTrack, signals: Signals) -> None:
         """Note who is at a cube, who lifts it and who has put it down."""
         place = track.position
         if track.carrier is None:
@@ -283,7 +290,9 @@ class CubeTracker:
                 if carrier.reaches(place):
                     track.contacts[carrier.name] = t
             taker = self.carriers.nearest(place)
-            if track.measured and track.container is None and track.lifted and taker is not None:
+            if self._sucked_off(track, signals):
+                track.attach(self.carriers.cup, seen_there=True)
+            elif track.measured and track.container is None and track.lifted and taker is not None:
                 track.attach(taker, seen_there=True)
             return
         carrier = self.carriers.all[track.carrier]

@@ -148,7 +148,7 @@ class CubeTrack:
             return Cube.WHERE_CONTAINER
         if self._workspace.over_belt(x, y, self._workspace.edge):
             return Cube.WHERE_PICK_POINT if self._stands_at_sensor(signals) else Cube.WHERE_BELT
-        return Cube.WHERE_CONTAINER if self.tray is not None and self.rests else None
+        return Cube.WHERE_CONTAINER if self.tray is not None else None
 
     def confidence(self, t: float) -> float:
         """Probability of the colour at time t; it fades while the cube is out of view."""

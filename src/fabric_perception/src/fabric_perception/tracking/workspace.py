@@ -70,11 +70,13 @@ class Workspace:
     scenario: str
 
     @classmethod
-    def load(cls, path: str | Path, scenario: str) -> "Workspace":
-        """Read cell.yaml. Raises SettingsError naming file, entry and value."""
+    def load(cls, path: str | Path, scenario: str = "") -> "Workspace":
+        """Read cell.yaml, for a scenario or the first. Raises SettingsError naming file, entry and
+        value."""
         file = Settings.read(path)
         frames, belt, scenarios = (file.branch(n) for n in ("frames", "belt", "scenarios"))
-        file.branch("scenarios").branch(scenario)
+        scenario = scenario or scenarios.names()[0]
+        scenarios.branch(scenario)
         return cls(
             file.branch("cube").number("edge", 0.005, 0.2),
             _frame(frames.branch("conveyor")),

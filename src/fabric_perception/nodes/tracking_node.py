@@ -1,0 +1,236 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""ROS node of the tracker: pictures of the cell camera in; cubes, containers and the hand out."""
+
+import math
+from dataclasses import replace
+
+import diagnostic_updater
+import message_filters
+import numpy as np
+import rospy
+import tf2_ros
+from geometry_msgs.msg import Point, Pose, PoseStamped, Quaternion, Vector3
+from sensor_msgs.msg import CameraInfo, Image
+from std_msgs.msg import Header
+
+from fabric_msgs.msg import (
+    Container,
+    ContainerArray,
+    ConveyorState,
+    Cube,
+    CubeArray,
+    HandState,
+    TaskState,
+)
+from fabric_msgs.traffic import Traffic
+from fabric_perception.camera import Camera, CameraError
+from fabric_perception.camera_poses import PARENT, pose_of
+from fabric_perception.images import colour_of, depth_of, fill
+from fabric_perception.tracking.carriers import Signals
+from fabric_perception.tracking.colours import Palette
+from fabric_perception.tracking.containers import Containers
+from fabric_perception.tracking.hand import HandTrack
+from fabric_perception.tracking.health import Health
+from fabric_perception.tracking.overlay import draw_overlay
+from fabric_perception.tracking.parameters import TrackingParameters, load_parameters
+from fabric_perception.tracking.pipeline import SeenCube, Tracking
+from fabric_perception.tracking.workspace import Workspace
+
+COLOUR, DEPTH = "cell/camera/rgb/image_raw", "cell/camera/depth/image"
+INFO, OVERLAY = "cell/camera/rgb/camera_info", "cell/camera/overlay"
+RUNNING = (TaskState.SHOWING_RULES, TaskState.RUNNING)
+APART = 0.02  # s, between a colour and a depth picture that belong together
+QUEUE = 10  # pictures that wait for their partner
+NEW_TIME = 2.0  # s; time that jumps back further begins anew, as when a bag is played again
+UPRIGHT = Quaternion(0.0, 0.0, 0.0, 1.0)
+
+
+class TrackingNode:
+    """Answers every pair of pictures with cubes and hand of its stamp."""
+
+    def __init__(
+        self, workspace: Workspace, palette: Palette, parameters: TrackingParameters
+    ) -> None:
+        self._workspace, self._palette, self._parameters = workspace, palette, parameters
+        self._info: CameraInfo | None = None
+        self._trackers: dict[str, Tracking] = {}
+        self._tracking: Tracking | None = None
+        self._scenario = workspace.scenario
+        self._task_id = 0
+        self._told: tuple[Tracking | None, int] = (None, 0)
+        self._sequence = 0
+        self._newest = -math.inf
+        self._cup: np.ndarray | None = None
+        self._conveyor: ConveyorState | None = None
+        self._health = Health(parameters.stale_after)
+        self._frames = tf2_ros.Buffer()
+        self._listener = tf2_ros.TransformListener(self._frames)
+        self._traffic = Traffic("tracking")
+        self._advertise()
+        self._listen()
+
+    def _advertise(self) -> None:
+        self._cubes = self._traffic.publisher("cell/cubes", CubeArray)
+        self._containers = self._traffic.publisher("cell/containers", ContainerArray, latch=True)
+        self._hands = self._traffic.publisher("human/hand", HandState)
+        self._overlay = rospy.Publisher(OVERLAY, Image, queue_size=1)
+        self._diagnostics = diagnostic_updater.Updater()
+        self._diagnostics.setHardwareID("cell camera")
+        self._diagnostics.add("tracking", self._diagnose)
+        rospy.Timer(rospy.Duration(1.0), lambda _: self._diagnostics.update())
+
+    def _listen(self) -> None:
+        locked = self._traffic.serialised
+        rospy.Subscriber(INFO, CameraInfo, locked(self._on_info), queue_size=1)
+        rospy.Subscriber("arm/tcp", PoseStamped, locked(self._on_cup), queue_size=1)
+        self._traffic.subscribe("conveyor/state", ConveyorState, self._on_conveyor)
+        self._traffic.subscribe("task/state", TaskState, self._on_task)
+        colours, depths = message_filters.SimpleFilter(), message_filters.SimpleFilter()
+        self._pairs = message_filters.ApproximateTimeSynchronizer([colours, depths], QUEUE, APART)
+        self._pairs.registerCallback(self._on_pictures)
+        # counted subscriptions feed the filters: a picture is handled when its pair is, or waits
+        self._traffic.subscribe(COLOUR, Image, colours.signalMessage)
+        self._traffic.subscribe(DEPTH, Image, depths.signalMessage)
+
+    # -- what it is told ------------------------------------------------------------------------
+
+    def _on_info(self, info: CameraInfo) -> None:
+        known = self._info
+        if known is None or _lens(info) != _lens(known):
+            self._trackers, self._tracking = {}, None
+        self._info = info
+
+    def _on_cup(self, pose: PoseStamped) -> None:
+        at = pose.pose.position
+        self._cup = self._workspace.arm.to_cell(np.array([at.x, at.y, at.z]))
+
+    def _on_conveyor(self, state: ConveyorState) -> None:
+        self._conveyor = state
+
+    def _on_task(self, task: TaskState) -> None:
+        if task.task_id == self._task_id or task.status not in RUNNING:
+            return
+        self._task_id = task.task_id
+        if task.scenario not in self._workspace.scenarios:
+            rospy.logerr(f"tracking: scenario {task.scenario!r} has no containers in cell.yaml")
+            return
+        self._scenario, self._tracking = task.scenario, self._trackers.get(task.scenario)
+        if self._tracking is not None:
+            self._tracking.start_task()
+            self._publish_containers(task.header.stamp)
+
+    def _on_pictures(self, colour: Image, depth: Image) -> None:
+        stamp, now = colour.header.stamp, rospy.get_time()
+        reason = self._health.fresh(now, stamp.to_sec())
+        if not reason:
+            try:
+                self._track(colour, depth)
+                return
+            except ValueError as error:
+                reason = str(error)
+        self._health.refuse(now, reason)
+        rospy.logwarn_throttle(5.0, f"tracking: a picture is left out: {reason}")
+
+    # -- what it does ---------------------------------------------------------------------------
+
+    def _track(self, colour: Image, depth: Image) -> None:
+        """Raises ValueError when camera or pictures are of no use."""
+        stamp = colour.header.stamp
+        tracking = self._tracking or self._begin(colour.header.frame_id)
+        if self._newest - stamp.to_sec() > NEW_TIME:
+            rospy.logwarn(f"tracking: time begins anew at {stamp.to_sec():.2f} s")
+            tracking.restart()
+        bgr = colour_of(colour)
+        seen = tracking.step(stamp.to_sec(), bgr, depth_of(depth), self._signals())
+        self._newest = stamp.to_sec()
+        header = Header(stamp=stamp, frame_id=PARENT)
+        self._cubes.publish(CubeArray(header, [_cube(cube) for cube in seen.cubes]))
+        self._hands.publish(_hand(header, seen.hand))
+        self._publish_containers(stamp)
+        self._health.take(rospy.get_time(), stamp.to_sec(), seen.depth_share)
+        if self._overlay.get_num_connections():
+            drawn = draw_overlay(bgr, tracking.camera, tracking.workspace, seen)
+            self._overlay.publish(fill(Image(header=colour.header), drawn))
+
+    def _begin(self, frame: str) -> Tracking:
+        """The tracker of the present scenario; those of all are made, which takes a moment."""
+        camera = self._find_camera(frame)
+        for name in self._workspace.scenarios:
+            workspace = replace(self._workspace, scenario=name)
+            self._trackers[name] = Tracking(camera, workspace, self._palette, self._parameters)
+        self._tracking = self._trackers[self._scenario]
+        return self._tracking
+
+    def _find_camera(self, frame: str) -> Camera:
+        if self._info is None:
+            raise CameraError(f"nothing has come yet on {rospy.resolve_name(INFO)}")
+        try:
+            found = self._frames.lookup_transform(PARENT, frame, rospy.Time(0)).transform
+        except tf2_ros.TransformException as error:
+            raise CameraError(f"where the camera '{frame}' is, is not known: {error}") from None
+        p, q = found.translation, found.rotation
+        return Camera.from_camera_info(self._info, pose_of((p.x, p.y, p.z), (q.x, q.y, q.z, q.w)))
+
+    def _signals(self) -> Signals:
+        if self._conveyor is None:
+            return Signals(self._cup)
+        return Signals(self._cup, self._conveyor.speed, self._conveyor.cube_at_pick_point)
+
+    def _publish_containers(self, stamp: rospy.Time) -> None:
+        """Publish the containers when they have changed."""
+        tracking = self._tracking
+        if tracking is None or self._told == (tracking, tracking.containers.sequence):
+            return
+        self._told = (tracking, tracking.containers.sequence)
+        self._sequence += 1
+        rows = _rows(tracking.workspace, tracking.containers)
+        header = Header(stamp=stamp, frame_id=PARENT)
+        self._containers.publish(ContainerArray(header, self._sequence, rows))
+
+    def _diagnose(
+        self, wrapper: diagnostic_updater.DiagnosticStatusWrapper
+    ) -> diagnostic_updater.DiagnosticStatusWrapper:
+        status = self._health.status(rospy.get_time())
+        wrapper.summary(status.level, status.text)
+        for name, value in status.values.items():
+            wrapper.add(name, value)
+        return wrapper
+
+
+def _lens(info: CameraInfo) -> tuple:
+    return info.K, tuple(info.D), info.width, info.height
+
+
+def _cube(cube: SeenCube) -> Cube:
+    pose = Pose(Point(*map(float, cube.position)), UPRIGHT)
+    return Cube(cube.id, cube.colour, cube.where, pose, cube.confidence)
+
+
+def _hand(header: Header, hand: HandTrack | None) -> HandState:
+    if hand is None:
+        return HandState(header=header, age=math.inf)
+    position, velocity = Point(*map(float, hand.position)), Vector3(*map(float, hand.velocity))
+    return HandState(header, hand.visible, position, velocity, hand.age)
+
+
+def _rows(workspace: Workspace, containers: Containers) -> list[Container]:
+    rows = []
+    for tray in workspace.trays:
+        ids = containers.contents[tray.id]
+        colours = bytes(containers.colours[number] for number in ids)
+        rows.append(Container(tray.id, tray.owner, tray.label, list(ids), colours))
+    return rows
+
+
+def main() -> None:
+    """Run until shutdown; a file or parameter that is wrong ends the node at once, by its name."""
+    rospy.init_node("tracking")
+    workspace = Workspace.load(rospy.get_param("~cell_file"))
+    palette = Palette.load(rospy.get_param("~colours_file"))
+    TrackingNode(workspace, palette, load_parameters(rospy.get_param("~tracking", {})))
+    rospy.spin()
+
+
+if __name__ == "__main__":
+    main()
