@@ -132,7 +132,7 @@ def test_a_sheet_the_printer_scaled_is_measured_by_its_line():
     wrong = calibrate(CAMERA, [view(small)], AT)
     right = calibrate(CAMERA, [view(small, BOARD.scaled(0.97))], AT)
     assert np.linalg.norm(wrong.pose_in_cell[:3, 3] - CAMERA.position) > 0.01
-    assert np.linalg.norm(right.pose_in_cell[:3, 3] - CAMERA.position) < 0.001
+    assert np.linalg.norm(right.pose_in_cell[:3, 3] - CAMERA.position) < 0.002
 
 
 def test_too_few_corners_are_refused_by_picture():
