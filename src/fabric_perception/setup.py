@@ -2,7 +2,7 @@
 from catkin_pkg.python_setup import generate_distutils_setup
 from setuptools import setup
 
-PARTS = ("", ".head", ".tracking")
+PARTS = ("", ".calibration", ".head", ".tracking")
 
 setup(
     **generate_distutils_setup(
