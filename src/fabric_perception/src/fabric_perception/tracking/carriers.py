@@ -2,6 +2,7 @@
 """Who can carry a cube - the person's hand, the robot's cup - and where they have been."""
 
 from collections import deque
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -13,6 +14,7 @@ from fabric_perception.tracking.parameters import TrackingParameters
 HAND, CUP = "hand", "cup"
 OWNER_OF = {HAND: Container.OWNER_PERSON, CUP: Container.OWNER_ROBOT}
 UNDER_HAND = np.array([0.0, 0.0, -0.025])  # m; where a hidden cube is supposed to be
+NO_SLACK: Mapping[str, float] = {}
 FALL = (-0.05, 0.30)  # m, that a cube may lie below the way
 
 
@@ -86,7 +88,10 @@ class Carriers:
         down = np.array([0.0, 0.0, -self._edge / 2])
         self.cup.move(t, None if signals.cup is None else signals.cup + down)
 
-    def nearest(self, place: np.ndarray, slack: float = 0.0) -> Carrier | None:
-        """The one that can hold a cube at a place (3,); the closer by its own measure."""
-        able = [c for c in self.all.values() if c.reaches(place, slack)]
+    def nearest(self, place: np.ndarray, slack: Mapping[str, float] = NO_SLACK) -> Carrier | None:
+        """The one that can hold a cube at a place (3,); the closer by its own measure.
+
+        slack: m more that each may be away, by name.
+        """
+        able = [c for c in self.all.values() if c.reaches(place, slack.get(c.name, 0.0))]
         return min(able, key=lambda c: c.distance(place) / c.reach, default=None)

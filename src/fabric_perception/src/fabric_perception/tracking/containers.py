@@ -61,14 +61,23 @@ class Containers:
         self._over: dict[tuple[int, int], float] = {}  # when a hand held a cube over a container
         self.sequence += 1
 
-    def step(self, tray: int, t: float) -> None:
-        """A load cell tells at time t (s) that one cube more lies in a person's tray.
+    def step(self, tray: int, t: float, cubes: int = 1) -> None:
+        """A load cell tells at time t (s) that so many cubes more lie in a person's tray.
 
-        Raises ValueError for a container that has no load cell.
+        Cubes that are taken out again before anybody knew which they were are forgotten. Raises
+        ValueError for a container that has no load cell.
         """
         known = [x.id for x in self._workspace.trays if x.owner == Container.OWNER_PERSON]
         if tray not in known:
             raise ValueError(f"container {tray} has no load cell; {known} have")
+        for _ in range(cubes):
+            self._step_up(tray, t)
+        for _ in range(-cubes):
+            waiting = [step for step in self._steps if step.tray == tray]
+            if waiting:
+                self._steps.remove(waiting[-1])
+
+    def _step_up(self, tray: int, t: float) -> None:
         for credit in self._credit:
             if credit.tray == tray and t - credit.t <= SETTLING:
                 self._credit.remove(credit)

@@ -11,7 +11,7 @@ from fabric_perception.camera import Camera
 from fabric_perception.tracking.colours import CUBES
 from fabric_perception.tracking.contours import Patch, patch_within
 from fabric_perception.tracking.parameters import TrackingParameters
-from fabric_perception.tracking.workspace import Workspace
+from fabric_perception.tracking.workspace import Workspace, ground_under
 
 BORDER = np.ones((3, 3), np.uint8)
 FEW = 5  # pixels with a depth, below which a median says nothing
@@ -98,7 +98,7 @@ class Measuring:
         """Side of a square of the patch's area, in edges of a cube."""
         distance = surface.depth
         if np.isnan(distance):
-            distance = float(self._ground_depth(patch))
+            distance = float(self.camera.to_camera(self._ground(patch, surface)[None])[0, 2])
         return float(np.sqrt(patch.area)) * distance / self._focal / self.workspace.edge
 
     def _cube(
@@ -167,20 +167,11 @@ class Measuring:
         return self.camera.rays([p.centre for p in patches]) @ self.camera.pose_in_cell[:3, :3].T
 
     def _ground(self, patch: Patch, surface: Surface) -> np.ndarray:
-        """The point (3,) where a patch is, or would be if it lay on the ground."""
-        distance = surface.depth
-        return self.place(
-            patch, float(self._ground_depth(patch)) if np.isnan(distance) else distance
-        )
-
-    def _ground_depth(self, patch: Patch) -> float:
-        """Depth in m of the middle of a cube that lies on what is under the patch."""
-        ray = self._rays([patch])[0]
-        height = 0.0
-        for _ in range(2):  # the ground depends on the place, and the place on the ground
-            place = self._origin + ray * ((height - self._origin[2]) / ray[2])
-            height = self.workspace.support(*place[:2]) + self.workspace.edge / 2
-        return float((height - self._origin[2]) / ray[2])
+        """The point (3,) where a patch is, or would be if it were a cube on the ground."""
+        if np.isnan(surface.depth):
+            ray, above = self._rays([patch])[0], self.workspace.edge / 2
+            return ground_under(self.workspace, self._origin, ray, above)
+        return self.place(patch, surface.depth)
 
 
 def split(patch: Patch, count: int) -> list[Patch]:

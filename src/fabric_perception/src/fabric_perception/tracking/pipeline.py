@@ -120,13 +120,14 @@ class Tracking:
         masks = self.segmenter.masks(bgr, depth)
         return find_patches(masks, self.parameters.least_area), masks
 
-    def on_load_step(self, tray: int, t: float) -> list[Deposit]:
-        """A load cell tells at time t (s) of a cube more in a person's tray.
+    def on_load_step(self, tray: int, t: float, cubes: int = 1) -> list[Deposit]:
+        """A load cell tells of so many cubes more, at time t (s), in a person's tray.
 
-        Returns the deposit if it is known already which cube that was; else a later `step` does.
+        t: when its level began to stand still. cubes: negative when some were taken out. Returns
+        the deposits if it is known already which cubes those were; else a later `step` does.
         Raises ValueError for a container without a load cell.
         """
-        self.containers.step(tray, t)
+        self.containers.step(tray, t, cubes)
         return self.containers.update(max(t, self._t), self.cubes.tracks)
 
     def seen_cubes(self, t: float, signals: Signals) -> list[SeenCube]:

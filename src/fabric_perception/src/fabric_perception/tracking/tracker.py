@@ -13,7 +13,7 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from fabric_msgs.msg import Container
-from fabric_perception.tracking.carriers import Carrier, Carriers, Signals
+from fabric_perception.tracking.carriers import CUP, HAND, Carrier, Carriers, Signals
 from fabric_perception.tracking.hand import HandTrack
 from fabric_perception.tracking.measuring import Detection
 from fabric_perception.tracking.parameters import TrackingParameters
@@ -23,7 +23,8 @@ from fabric_perception.tracking.workspace import Workspace
 
 Look = Callable[[Sequence[np.ndarray]], list[Sight]]
 NEVER = 1e6  # cost of a pair that is impossible
-IN_GRIP = 0.05  # m, that a cube may move in a hand between two pictures
+IN_GRIP = {HAND: 0.05, CUP: 0.01}  # m, that a cube may move in a grip between two pictures
+PART_OF = 1.0  # edges from a cube in a container, within which a part of it is seen
 STEADY = 0.7  # edges, within which a cube that lies in a container is measured
 DOUBTS = 5  # pictures in a row in which the place of a cube in a container is empty
 BIRTHPLACE = 3.0  # edges from the feeder, in which no cube turns up again
@@ -114,7 +115,7 @@ class CubeTracker:
         if track.container is not None:
             return STEADY * edge
         if track.carrier is not None:
-            return self._parameters.gate * edge + IN_GRIP
+            return self._parameters.gate * edge + IN_GRIP[track.carrier]
         return self._parameters.gate * edge + min(3.0 * track.filter.spread, edge)
 
     def _carrier_of(self, track: CubeTrack) -> Carrier | None:
@@ -158,6 +159,8 @@ class CubeTracker:
         unclaimed = []
         for cube in left:
             carrier = self.carriers.nearest(cube.position, IN_GRIP)
+            if self._part_of_known(cube):
+                continue
             track = None if carrier is None else self._track_in(t, carrier, cube)
             if track is None or carrier is None:
                 unclaimed.append(cube)
@@ -166,6 +169,17 @@ class CubeTracker:
             track.attach(carrier, seen_there=True)
             track.seen, track.measured = t, True
         return unclaimed
+
+    def _part_of_known(self, cube: Detection) -> bool:
+        """Whether it is a cube in a container, of which something hides the rest."""
+        near = PART_OF * self._workspace.edge
+        return any(
+            track.container is not None
+            and not track.measured
+            and track.colour == cube.colour
+            and float(np.linalg.norm(track.position - cube.position)) <= near
+            for track in self.tracks.values()
+        )
 
     def _track_in(self, t: float, carrier: Carrier, cube: Detection) -> CubeTrack | None:
         """The track that a cube in a carrier's grip belongs to."""
@@ -211,26 +225,30 @@ class CubeTracker:
 
     def _name(self, t: float, signals: Signals) -> None:
         """Find out which cubes those without a number are; foremost on the belt first."""
-        ripe = [
-            track
-            for track in self._unnamed
-            if track.measured and track.pictures >= self._parameters.birth_pictures
-        ]
-        ripe.sort(key=lambda track: -self._workspace.along(track.position)[0])
-        for track in ripe:
-            known = self._recognise(t, track)
+        waiting = sorted(
+            (track for track in self._unnamed if track.measured),
+            key=lambda track: -self._workspace.along(track.position)[0],
+        )
+        held_up = False  # by one farther on that is not known yet
+        for track in waiting:
+            ripe = track.pictures >= self._parameters.birth_pictures
+            known = self._recognise(t, track) if ripe else None
             if known is not None:
                 self._turn_up(t, known, track)
-            elif self._newcomer(track):
+            elif ripe and self._newcomer(track) and not held_up:
                 track.number = len(self.tracks) + 1
                 self.tracks[track.number] = track
             else:
+                held_up |= self._on_belt(track)
                 continue
             self._unnamed.remove(track)
 
-    def _newcomer(self, track: CubeTrack) -> bool:
+    def _on_belt(self, track: CubeTrack) -> bool:
         x, y, _ = track.position
-        if not self._workspace.over_belt(x, y) or track.lifted:
+        return self._workspace.over_belt(x, y) and not track.lifted
+
+    def _newcomer(self, track: CubeTrack) -> bool:
+        if not self._on_belt(track):
             return False
         p = self._parameters
         late = track.pictures > p.birth_pictures + p.rest_pictures  # then it is not one put back
@@ -272,9 +290,9 @@ class CubeTracker:
 
     def _put_down(self, found: CubeTrack) -> bool:
         """Whether nobody holds a cube that was found: it lies, or rides on the belt."""
-        x, y, _ = found.position
-        rides = self._workspace.over_belt(x, y) and not found.lifted
-        return found.rests or (rides and found.pictures > self._parameters.rest_pictures)
+        return found.rests or (
+            self._on_belt(found) and found.pictures > self._parameters.rest_pictures
+        )
 
     def _turn_up(self, t: float, known: CubeTrack, found: CubeTrack) -> None:
         known.release(t)

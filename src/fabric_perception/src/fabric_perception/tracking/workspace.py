@@ -135,6 +135,18 @@ def _ring(across: float) -> tuple[float, ...]:
     return -across, -across, across, across
 
 
+def ground_under(
+    workspace: Workspace, origin: np.ndarray, ray: np.ndarray, above: float
+) -> np.ndarray:
+    """Return the point (3,) at which a ray from `origin` is `above` m over what it meets first."""
+    best = _meet(ray[None], origin, above)[0]
+    for height, corners in workspace.surfaces():
+        depth = _meet(ray[None], origin, height + above)
+        if depth[0] < best and _inside(corners, (origin + ray * depth)[None, :2])[0]:
+            best = depth[0]
+    return origin + ray * best
+
+
 def flat_depth(workspace: Workspace, camera: Camera, above: float) -> np.ndarray:
     """Return (H, W) float32: depth in m at which a pixel's ray is `above` m over what it meets.
 
