@@ -7,6 +7,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable
+from typing import Any
 
 import actionlib
 import rosgraph
@@ -46,13 +47,13 @@ from fabric_msgs.srv import (
 from fabric_msgs.traffic import Traffic, introduce
 from fabric_sim import frames, reports
 from fabric_sim.arm import JOINT_NAMES, ArmResult, goal_of
-from fabric_sim.cell import Cell, CellConfig, CellOutput, Stimulus
-from fabric_sim.cell_parameters import MANUAL, CellParameters
+from fabric_sim.cell import Cell, CellConfig, Stimulus
+from fabric_sim.cell_parameters import CAMERA, MANUAL, CellParameters
 from fabric_sim.geometry import Point
 from fabric_sim.lockstep import Lockstep, Pace, Stalled
 from fabric_sim.manual_commands import NAMES
 from fabric_sim.manual_worker import ManualStaff
-from fabric_sim.quiescence import CELL, EDGES, Counts, Quiescence
+from fabric_sim.quiescence import CAMERA_EDGES, CELL, EDGES, Counts, Quiescence
 from fabric_sim.staff import Staff
 
 COUNTED = {
@@ -163,7 +164,10 @@ class CellNode:
         self._cell = cell
         self._staff = staff
         self._parameters = parameters
-        self._quiescence = Quiescence(parameters.expected)
+        self._filmed = parameters.sensing == CAMERA
+        edges = CAMERA_EDGES if self._filmed else EDGES
+        self._quiescence = Quiescence(parameters.expected, edges)
+        self._runs, self._topics = _filmed(cell, parameters) if self._filmed else (cell, COUNTED)
         self._traffic = Traffic(CELL)
         self._heard = threading.Condition(self._traffic.lock)
         self._master = rosgraph.Master(rospy.get_name())
@@ -189,7 +193,7 @@ class CellNode:
         p = self._parameters
         pace = Pace(p.speed, p.guard, p.startup_guard)
         with self._traffic.lock:  # released whenever the lockstep waits
-            Lockstep(self._cell, self, pace).run()
+            Lockstep(self._runs, self, pace).run()
 
     def wait(self, seconds: float) -> None:
         """Let callbacks run until anything is heard."""
@@ -219,7 +223,7 @@ class CellNode:
             else:
                 self._counted[topic].publish(message)
 
-    def show(self, output: CellOutput | None) -> None:
+    def show(self, output: Any) -> None:
         """Publish the clock, the arm and the frames; while time stands, the clock only."""
         self._clock.publish(Clock(reports.header(self._cell.now).stamp))
         if output is None:
@@ -232,14 +236,18 @@ class CellNode:
         tool = reports.pose(Point(*arm.pose[:3]), arm.pose.yaw)
         self._tcp.publish(PoseStamped(reports.header(t, "arm_base_link"), tool))
         tool_frame = frames.of_tool(self._cell, t) if self._parameters.arm_frames else []
-        self._moving_frames.sendTransform(frames.of_person(self._cell, t) + tool_frame)
+        if self._filmed:
+            person = frames.of_pose(output.pose, self._cell.geometry.person.yaw, t)
+        else:
+            person = frames.of_person(self._cell, t)
+        self._moving_frames.sendTransform(person + tool_frame)
 
     # -- wiring ---------------------------------------------------------------------------------
 
     def _advertise(self) -> None:
         publisher = self._traffic.publisher
         self._counted = {
-            name: publisher(name, kind, name in LATCHED) for name, kind in COUNTED.items()
+            name: publisher(name, kind, name in LATCHED) for name, kind in self._topics.items()
         }
         self._arm = ArmServer(self._traffic, self._cell, self._handled)
         self._joint_states = rospy.Publisher("arm/joint_states", JointState, queue_size=10)
@@ -291,7 +299,7 @@ class CellNode:
     def _subscribers(self) -> dict[str, int]:
         """How many nodes the master knows to listen to each counted topic."""
         listeners = dict(self._master.getSystemState()[1])
-        topics = {edge.topic: rospy.resolve_name(edge.topic) for edge in EDGES}
+        topics = {topic: rospy.resolve_name(topic) for topic in self._quiescence.topics}
         return {topic: len(listeners.get(name, [])) for topic, name in topics.items()}
 
     # -- callbacks, all behind the lock ---------------------------------------------------------
@@ -337,6 +345,14 @@ class CellNode:
         accepted, reason = self._cell.worker.command(name, request.container)
         self._heard.notify_all()
         return HumanCommandResponse(accepted, reason)
+
+
+def _filmed(cell: Cell, parameters: CellParameters) -> tuple[Any, dict[str, Any]]:
+    """The cell as cameras see it, and what it sends. Raises ValueError for a bad file."""
+    from fabric_sim.camera.filmed import TOPICS, FilmedCell, SensorParameters  # only then needed
+
+    sensors = SensorParameters.load(parameters.sensors_file)
+    return FilmedCell(cell, parameters.seed, sensors), TOPICS
 
 
 def _counts(handled: list, sent: list) -> Counts:

@@ -43,7 +43,7 @@ def test_what_changes_results_has_no_default(key):
 @pytest.mark.parametrize(
     ("key", "value", "words"),
     [
-        ("sensing", "camera", "is 'camera', want one of direct"),
+        ("sensing", "eyes", "is 'eyes', want one of direct, camera"),
         ("seed", -1, "is -1, want a whole number, 0 or more"),
         ("seed", "one", "is 'one', want a whole number"),
         ("speed", math.nan, "is nan, want a finite number, 0 or more"),

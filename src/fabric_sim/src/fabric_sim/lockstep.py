@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
-from fabric_sim.cell import TICK, Cell, CellOutput, Stimulus
+from fabric_sim.cell import TICK, CellOutput, Stimulus
 
 CALM = 0.5  # s without a change after which nothing is on its way any more
 IDLE = 0.1  # s between looks at a graph without a task
@@ -14,6 +14,24 @@ IDLE = 0.1  # s between looks at a graph without a task
 
 class Stalled(RuntimeError):
     """Somebody did not answer in time; the message says who and what."""
+
+
+class Output(Protocol):
+    """What a tick brought."""
+
+    def stimuli(self) -> list[Stimulus]:
+        """Messages in their order, together what is handed on together."""
+
+
+class Ticking(Protocol):
+    """A cell, as the lockstep sees it."""
+
+    @property
+    def running(self) -> bool:
+        """Whether a task lets time pass."""
+
+    def step(self) -> Output:
+        """Advance by one tick."""
 
 
 class Graph(Protocol):
@@ -59,7 +77,7 @@ class Lockstep:
     """Runs the cell until the graph is closed."""
 
     def __init__(
-        self, cell: Cell, graph: Graph, pace: Pace, clock: Callable[[], float] = time.monotonic
+        self, cell: Ticking, graph: Graph, pace: Pace, clock: Callable[[], float] = time.monotonic
     ) -> None:
         self._cell = cell
         self._graph = graph

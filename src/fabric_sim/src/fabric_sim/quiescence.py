@@ -38,12 +38,45 @@ _TABLE = (
     ("motion", "arm/move/cancel", "cell"),
     ("abps", "abps/policy", "recorder"),
 )
-EDGES = tuple(
-    Edge(topic, publisher, consumer)
-    for publisher, topic, consumers in _TABLE
-    for consumer in consumers.split()
+_SEEN = {  # who says it when cameras see the cell: topic, publisher
+    "cell/cubes": "tracking",
+    "cell/containers": "tracking",
+    "human/warning": "gesture",
+    "human/activity": "gesture",
+    "human/head": "head",
+}
+_CAMERA_TABLE = (
+    (CELL, "sim/scene", "camera"),
+    (CELL, "sensors/load_cells", "tracking"),
+    ("camera", "cell/camera/rgb/image_raw", "tracking"),
+    ("camera", "cell/camera/depth/image", "tracking"),
+    ("camera", "head/camera/image_raw", "head"),
+    ("tracking", "human/hand", "gesture"),
+    ("tracking", "cell/cubes", "gesture"),
 )
-NODES = tuple(sorted({name for edge in EDGES for name in (edge.publisher, edge.consumer)}))
+
+
+def _edges(rows: Iterable[tuple[str, str, str]]) -> tuple[Edge, ...]:
+    return tuple(
+        Edge(topic, publisher, consumer)
+        for publisher, topic, consumers in rows
+        for consumer in consumers.split()
+    )
+
+
+EDGES = _edges(_TABLE)
+#: With sensing:=camera the labels come from perception, which sees pictures and raw readings.
+CAMERA_EDGES = _edges(
+    (*((_SEEN.get(topic, who), topic, whom) for who, topic, whom in _TABLE), *_CAMERA_TABLE)
+)
+
+
+def nodes_of(edges: Iterable[Edge]) -> tuple[str, ...]:
+    """Names of all nodes at these edges."""
+    return tuple(sorted({name for edge in edges for name in (edge.publisher, edge.consumer)}))
+
+
+NODES = nodes_of(EDGES)
 
 
 @dataclass
@@ -58,16 +91,18 @@ class Counts:
 class Quiescence:
     """Compares the newest counts of the expected nodes."""
 
-    def __init__(self, expected: Iterable[str]) -> None:
+    def __init__(self, expected: Iterable[str], edges: tuple[Edge, ...] = EDGES) -> None:
         """Expect these nodes; the cell itself is always one of them.
 
         Raises ValueError naming a node that has no counted topics.
         """
         self._nodes = {CELL, *expected}
-        unknown = sorted(self._nodes - set(NODES))
+        known = nodes_of(edges)
+        unknown = sorted(self._nodes - set(known))
         if unknown:
-            raise ValueError(f"expected node {unknown[0]!r}; allowed: {', '.join(NODES)}")
-        self._edges = [e for e in EDGES if {e.publisher, e.consumer} <= self._nodes]
+            raise ValueError(f"expected node {unknown[0]!r}; allowed: {', '.join(known)}")
+        self.topics = tuple(dict.fromkeys(edge.topic for edge in edges))
+        self._edges = [e for e in edges if {e.publisher, e.consumer} <= self._nodes]
         self._counts: dict[str, Counts] = {}
         self._lost: dict[Edge, int] = {}
 

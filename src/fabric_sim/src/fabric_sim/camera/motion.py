@@ -60,7 +60,7 @@ class PersonPose(NamedTuple):
 
     hand: (3,), middle of the glove. stop: 0 to 1, how far the hand is turned up against the robot.
     shoulder: (3,). head: (3,), middle of the head. yaw: of the head about z, 0 facing the robot's
-    base, positive to the person's left. pitch: positive looks down.
+    base, positive to the person's left. pitch: positive looks down. base: (3,), under the chest.
     """
 
     hand: np.ndarray
@@ -69,6 +69,7 @@ class PersonPose(NamedTuple):
     head: np.ndarray
     yaw: float
     pitch: float
+    base: np.ndarray
 
 
 class PersonMotion:
@@ -110,8 +111,9 @@ class PersonMotion:
         head = np.array(self._body.head) + lean * (1.0, 1.0, 0.3) + 2.0 * sway
         yaw, pitch = self._head.at(t, hand - np.array(self._body.head))
         shoulder = np.array(self._body.shoulder) + 0.8 * lean * (1.0, 1.0, 0.0) + sway
-        places = [self._to_cell(place + walked) for place in (hand + sway, shoulder, head)]
-        return PersonPose(places[0], self._hand.raised(t), places[1], places[2], yaw, pitch)
+        here = (hand + sway, shoulder, head, sway)
+        places = [self._to_cell(place + walked) for place in here]
+        return PersonPose(places[0], self._hand.raised(t), *places[1:3], yaw, pitch, places[3])
 
     # -- inside ---------------------------------------------------------------------------------
 
