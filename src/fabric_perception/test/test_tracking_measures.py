@@ -8,6 +8,7 @@ from drawn import YELLOW, Painter, camera, looking, palette, workspace
 from fabric_perception.camera import Camera
 from fabric_perception.tracking.hand import Glove, judge
 from fabric_perception.tracking.kalman import PointFilter
+from fabric_perception.tracking.measuring import View
 from fabric_perception.tracking.pipeline import Tracking
 
 PICTURES = 20
@@ -112,9 +113,9 @@ def test_a_glove_is_one_whichever_way_it_points(painter, yaw, height):
     painter.clear().glove((0.5, 0.1, height), yaw)
     tracking = Tracking(camera(), workspace(), palette())
     bgr, depth = painter.picture(noise=3.0, blur=0.6, depth_noise=0.001)
-    patches, _ = tracking.find(bgr, depth)
+    patches, masks = tracking.find(bgr, depth)
     judged = [
-        judge(p, tracking.measuring, depth, tracking.parameters)
+        judge(p, tracking.measuring, View(depth, masks), tracking.parameters)
         for p in patches
         if p.colour == "glove"
     ]

@@ -9,7 +9,7 @@ import numpy as np
 
 from fabric_perception.tracking.contours import Patch
 from fabric_perception.tracking.kalman import PointFilter
-from fabric_perception.tracking.measuring import Measuring
+from fabric_perception.tracking.measuring import Measuring, View
 from fabric_perception.tracking.parameters import TrackingParameters
 
 
@@ -43,11 +43,9 @@ class Refusal(NamedTuple):
     reason: str
 
 
-def judge(
-    patch: Patch, measuring: Measuring, depth: np.ndarray, p: TrackingParameters
-) -> Glove | Refusal:
+def judge(patch: Patch, measuring: Measuring, view: View, p: TrackingParameters) -> Glove | Refusal:
     """Measure a yellow patch and say whether it is a glove: by depth, size and shape."""
-    surface = measuring.surface(patch, depth)
+    surface = measuring.surface(patch, view)
     if np.isnan(surface.depth):
         return Refusal(patch, "no depth")
     area, longer, shorter = measuring.size(patch, surface.depth)
@@ -85,9 +83,9 @@ class HandTracker:
         self.refusals: list[Refusal] = []
         self.glove: Glove | None = None
 
-    def step(self, t: float, patches: Iterable[Patch], depth: np.ndarray) -> HandTrack | None:
-        """Return the hand at time t (s), None before it was ever seen. depth: (H, W) m."""
-        judged = [judge(p, self._measuring, depth, self._parameters) for p in patches]
+    def step(self, t: float, patches: Iterable[Patch], view: View) -> HandTrack | None:
+        """Return the hand at time t (s), None before it was ever seen."""
+        judged = [judge(p, self._measuring, view, self._parameters) for p in patches]
         self.refusals = [entry for entry in judged if isinstance(entry, Refusal)]
         self.glove = self._choose(t, [entry for entry in judged if isinstance(entry, Glove)])
         if self.glove is not None:

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Stage 3: where in the cell a patch is, from the median of its valid depths."""
 
+import math
 from typing import NamedTuple
 
 import cv2
@@ -14,8 +15,10 @@ from fabric_perception.tracking.parameters import TrackingParameters
 from fabric_perception.tracking.workspace import Workspace, ground_under
 
 BORDER = np.ones((3, 3), np.uint8)
+NEAREST, FARTHEST = 0.05, 20.0  # m; other depths are none
 FEW = 5  # pixels with a depth, below which a median says nothing
-ROUNDS = 6  # of the division of a patch into cubes
+ROUNDS = 5  # of the division of a patch into cubes
+POINTS = 80  # pixels a cube that take part in them
 HIGHEST = 1.0  # m above the table, of anything that is worked with
 INFERRED = 3.0  # times the noise, of a place without depth
 SQUARE_IN_VIEW = 1.1  # squared edges that a cube shows on average
@@ -26,6 +29,8 @@ class Detection(NamedTuple):
 
     colour: Cube.COLOUR_*. position: (3,) of its middle, m in cell. sigma: m, standard deviation
     of it along an axis. purity: share of its colour among the coloured pixels around it.
+    sight: the line it is seen along, (2, 3) point and direction of length 1, when it shows no
+    depth; the position is then the one of a cube that lies there. None for a measured place.
     """
 
     colour: int
@@ -33,6 +38,14 @@ class Detection(NamedTuple):
     sigma: float
     purity: float
     patch: Patch
+    sight: np.ndarray | None = None
+
+    def near(self, place: np.ndarray) -> "Detection":
+        """The same cube, as near to a place (3,) as its picture allows."""
+        if self.sight is None:
+            return self
+        start, along = self.sight
+        return self._replace(position=start + ((place - start) @ along) * along)
 
 
 class Surface(NamedTuple):
@@ -41,6 +54,39 @@ class Surface(NamedTuple):
     depth: float  # NaN when too few pixels have one
     height: float  # median of the upper four fifths of its points in the cell
     relief: float  # between the 20th and the 80th percentile of the heights
+
+
+class View:
+    """A depth picture (H, W) float32 m, and which of its pixels count for a patch."""
+
+    def __init__(self, depth: np.ndarray, masks: dict[str, np.ndarray]) -> None:
+        """masks: (H, W) uint8 by colour, as segmented."""
+        self.depth, self.masks = depth, masks
+        # inRange, unlike a comparison in NumPy, is silent about NaN
+        self.valid = cv2.inRange(depth, NEAREST, FARTHEST)
+        self._inner: dict[str, np.ndarray] = {}
+
+    def inner(self, colour: str) -> np.ndarray:
+        """(H, W) uint8: valid pixels of a colour that are not at its border."""
+        if colour not in self._inner:
+            eroded = cv2.erode(self.masks[colour], BORDER)
+            self._inner[colour] = cv2.bitwise_and(eroded, self.valid)
+        return self._inner[colour]
+
+    def depths(self, patch: Patch, least: float) -> tuple[np.ndarray, np.ndarray]:
+        """Valid depths (N,) in a patch, of its inner pixels if these are `least` at least, and
+        which pixels (height, width) of its box they are, as bool."""
+        chosen = cv2.bitwise_and(patch.inside, patch.window(self.inner(patch.colour)))
+        if cv2.countNonZero(chosen) < least:
+            chosen = cv2.bitwise_and(patch.inside, patch.window(self.valid))
+        where = chosen != 0
+        return patch.window(self.depth)[where], where
+
+    def known_share(self, patches: list[Patch]) -> float:
+        """Share of the pixels in the boxes of patches that have a depth; 1 without a patch."""
+        total = sum(patch.inside.size for patch in patches)
+        known = sum(cv2.countNonZero(patch.window(self.valid)) for patch in patches)
+        return known / total if total else 1.0
 
 
 class Measuring:
@@ -55,29 +101,27 @@ class Measuring:
         rise = rays @ camera.pose_in_cell[2, :3]
         self._rise = rise.reshape(camera.height, camera.width).astype(np.float32)
         self._origin = camera.position
-        self._focal = float(np.sqrt(camera.K[0, 0] * camera.K[1, 1]))
+        self._height = float(camera.position[2])
+        self._focal = math.sqrt(camera.K[0, 0] * camera.K[1, 1])
 
     # -- cubes ----------------------------------------------------------------------------------
 
-    def cubes(
-        self, patches: list[Patch], depth: np.ndarray, masks: dict[str, np.ndarray]
-    ) -> list[Detection]:
-        """Return the cubes among patches; depth (H, W) m, masks as segmented."""
+    def cubes(self, patches: list[Patch], view: View) -> list[Detection]:
+        """Return the cubes among patches of cubes' colours."""
         whole: list[tuple[Patch, Surface]] = []
         for patch in patches:
-            surface = self.surface(patch, depth)
-            whole += self._single_cubes(patch, surface, depth)
+            whole += self._single_cubes(patch, self.surface(patch, view), view)
         if not whole:
             return []
         rays = self._rays([patch for patch, _ in whole])
         found = [
-            self._cube(patch, surface, ray, masks)
+            self._cube(patch, surface, ray, view.masks)
             for (patch, surface), ray in zip(whole, rays, strict=True)
         ]
         return _without_doubles([cube for cube in found if cube], self.workspace.edge)
 
     def _single_cubes(
-        self, patch: Patch, surface: Surface, depth: np.ndarray
+        self, patch: Patch, surface: Surface, view: View
     ) -> list[tuple[Patch, Surface]]:
         """The patch, its parts when it shows several cubes, or nothing when it is no cube."""
         side = self._side(patch, surface)
@@ -92,22 +136,23 @@ class Measuring:
         room = int(np.prod(tray.size) / self.workspace.edge**2)
         if count > room:
             return []
-        return [(part, self.surface(part, depth)) for part in split(patch, count)]
+        return [(part, self.surface(part, view)) for part in split(patch, count)]
 
     def _side(self, patch: Patch, surface: Surface) -> float:
         """Side of a square of the patch's area, in edges of a cube."""
         distance = surface.depth
-        if np.isnan(distance):
+        if math.isnan(distance):
             distance = float(self.camera.to_camera(self._ground(patch, surface)[None])[0, 2])
-        return float(np.sqrt(patch.area)) * distance / self._focal / self.workspace.edge
+        return math.sqrt(patch.area) * distance / self._focal / self.workspace.edge
 
     def _cube(
         self, patch: Patch, surface: Surface, ray: np.ndarray, masks: dict[str, np.ndarray]
     ) -> Detection | None:
         """The outline of a body as symmetric as a cube has the body's middle for its middle, so
         only the height along the ray through it is left to find."""
-        sigma, top = self._parameters.cube_noise, surface.height
-        if np.isnan(top):
+        sigma, top, sight = self._parameters.cube_noise, surface.height, None
+        if math.isnan(top):
+            sight = np.array([self._origin, ray / np.linalg.norm(ray)])
             ground = self._ground(patch, surface)
             top = self.workspace.support(*ground[:2]) + self.workspace.edge
             sigma *= INFERRED
@@ -118,7 +163,7 @@ class Measuring:
         side = self._side(patch, surface)
         if side < 0.9:
             sigma *= 0.9 / side
-        return Detection(CUBES[patch.colour], position, sigma, _purity(patch, masks), patch)
+        return Detection(CUBES[patch.colour], position, sigma, _purity(patch, masks), patch, sight)
 
     def _middle(self, ray: np.ndarray, top: float) -> np.ndarray:
         """The middle (3,) of a cube whose upper side is at a height, seen along a ray.
@@ -135,21 +180,19 @@ class Measuring:
 
     # -- anything -------------------------------------------------------------------------------
 
-    def surface(self, patch: Patch, depth: np.ndarray) -> Surface:
+    def surface(self, patch: Patch, view: View) -> Surface:
         """Depth of a patch: of the valid pixels that are not at its border."""
-        depths, rise = patch.window(depth), patch.window(self._rise)
-        inner = cv2.erode(patch.inside, BORDER, borderValue=0)
-        chosen = _valid(depths, inner)
-        if np.count_nonzero(chosen) < max(FEW, self._parameters.depth_share * patch.area):
-            chosen = _valid(depths, patch.inside)
-        values = depths[chosen]
-        if values.size < max(FEW, self._parameters.depth_share * patch.area):
-            return Surface(np.nan, np.nan, 0.0)
-        heights = np.sort(rise[chosen] * values)
-        count = heights.size
-        upper = float(heights[(3 * count) // 5]) + self._origin[2]
+        least = max(FEW, self._parameters.depth_share * patch.area)
+        values, where = view.depths(patch, least)
+        count = values.size
+        if count < least:
+            return Surface(math.nan, math.nan, 0.0)
+        heights = patch.window(self._rise)[where] * values
+        heights.sort()
+        upper = float(heights[(3 * count) // 5]) + self._height
         relief = float(heights[(4 * count) // 5] - heights[count // 5])
-        return Surface(float(np.partition(values, count // 2)[count // 2]), upper, relief)
+        values.sort()
+        return Surface(float(values[count // 2]), upper, relief)
 
     def place(self, patch: Patch, distance: float) -> np.ndarray:
         """The point (3,) m in the cell that the middle of a patch shows at a depth, m."""
@@ -168,7 +211,7 @@ class Measuring:
 
     def _ground(self, patch: Patch, surface: Surface) -> np.ndarray:
         """The point (3,) where a patch is, or would be if it were a cube on the ground."""
-        if np.isnan(surface.depth):
+        if math.isnan(surface.depth):
             ray, above = self._rays([patch])[0], self.workspace.edge / 2
             return ground_under(self.workspace, self._origin, ray, above)
         return self.place(patch, surface.depth)
@@ -180,21 +223,27 @@ def split(patch: Patch, count: int) -> list[Patch]:
     Returns fewer when parts come out empty.
     """
     v, u = np.nonzero(patch.inside)
-    points = np.column_stack([u, v]).astype(float)
-    centres = _spread(points, count)
+    points = np.column_stack([u, v]).astype(np.float32)
+    few = points[:: max(1, len(points) // (POINTS * count))]
+    centres = _spread(few, count)
     for _ in range(ROUNDS):
-        nearest = ((points[:, None] - centres[None]) ** 2).sum(axis=2).argmin(axis=1)
-        sums = np.array([np.bincount(nearest, points[:, k], count) for k in (0, 1)]).T
-        sizes = np.bincount(nearest, minlength=count)
-        centres = np.where(sizes[:, None] > 0, sums / np.maximum(sizes, 1)[:, None], centres)
-    parts = []
-    for number in range(count):
-        mine = nearest == number
-        if mine.any():
-            inside = np.zeros_like(patch.inside)
-            inside[v[mine], u[mine]] = 255
-            parts.append(patch_within(patch.colour, patch.contour, patch.box, inside))
-    return parts
+        nearest = _nearest(few, centres)
+        sums = np.array([np.bincount(nearest, few[:, k], count) for k in (0, 1)]).T
+        sizes = np.bincount(nearest, minlength=count)[:, None]
+        centres = np.where(sizes > 0, sums / np.maximum(sizes, 1), centres).astype(np.float32)
+    owner = np.zeros(patch.inside.shape, np.int32)
+    owner[v, u] = _nearest(points, centres) + 1
+    parts = (((owner == number + 1) * np.uint8(255)) for number in range(count))
+    return [
+        patch_within(patch.colour, patch.contour, patch.box, inside)
+        for inside in parts
+        if inside.any()
+    ]
+
+
+def _nearest(points: np.ndarray, centres: np.ndarray) -> np.ndarray:
+    """Index (N,) of the centre (count, 2) that is nearest to each point (N, 2)."""
+    return (points @ centres.T - 0.5 * (centres**2).sum(axis=1)).argmax(axis=1)
 
 
 def _spread(points: np.ndarray, count: int) -> np.ndarray:
@@ -205,11 +254,6 @@ def _spread(points: np.ndarray, count: int) -> np.ndarray:
         chosen.append(points[distance.argmax()])
         distance = np.minimum(distance, ((points - chosen[-1]) ** 2).sum(axis=1))
     return np.array(chosen)
-
-
-def _valid(depths: np.ndarray, mask: np.ndarray) -> np.ndarray:
-    with np.errstate(invalid="ignore"):
-        return (mask > 0) & (depths > 0.0) & (depths < np.inf)
 
 
 def _is_long(patch: Patch, side: float) -> bool:

@@ -14,7 +14,7 @@ from fabric_perception.tracking.containers import Containers, Deposit
 from fabric_perception.tracking.contours import Patch, find_patches
 from fabric_perception.tracking.hand import HandTrack, HandTracker, Refusal
 from fabric_perception.tracking.images import ImageError, check_pictures
-from fabric_perception.tracking.measuring import Detection, Measuring
+from fabric_perception.tracking.measuring import Detection, Measuring, View
 from fabric_perception.tracking.parameters import TrackingParameters
 from fabric_perception.tracking.segmentation import Segmenter
 from fabric_perception.tracking.sight import look
@@ -94,8 +94,9 @@ class Tracking:
         self._check_time(t)
         signals = signals or Signals()
         patches, masks = self.find(bgr, depth)
-        cubes = self.measuring.cubes([p for p in patches if p.colour in CUBES], depth, masks)
-        hand = self.hand.step(t, (p for p in patches if p.colour == GLOVE), depth)
+        view = View(depth, masks)
+        cubes = self.measuring.cubes([p for p in patches if p.colour in CUBES], view)
+        hand = self.hand.step(t, (p for p in patches if p.colour == GLOVE), view)
         self.cubes.step(
             t,
             cubes,
@@ -112,7 +113,7 @@ class Tracking:
             deposits,
             cubes,
             self.hand.refusals,
-            _depth_share(patches, depth),
+            view.known_share(patches),
         )
 
     def find(self, bgr: np.ndarray, depth: np.ndarray) -> tuple[list[Patch], dict[str, np.ndarray]]:
@@ -156,16 +157,6 @@ class Tracking:
             raise ImageError(f"the stamp of the pictures is {t}")
         if t <= self._t:
             raise ImageError(f"the pictures of {t} s come after those of {self._t} s")
-
-
-def _depth_share(patches: list[Patch], depth: np.ndarray) -> float:
-    total = known = 0
-    for patch in patches:
-        window = patch.window(depth)
-        with np.errstate(invalid="ignore"):
-            known += int(np.count_nonzero(window > 0.0))
-        total += window.size
-    return known / total if total else 1.0
 
 
 WHERE_NAMES = {

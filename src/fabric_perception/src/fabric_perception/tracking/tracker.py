@@ -89,6 +89,7 @@ class CubeTracker:
             return self._overlook(tracks)
         seen = np.array([cube.position for cube in cubes])
         cost = np.linalg.norm(expected[:, None] - seen[None], axis=2)
+        self._bring_near(tracks, expected, cubes, cost)
         gates = np.array([self._gate(track) for track in tracks])
         colours = np.array([track.colour for track in tracks])
         others = colours[:, None] != np.array([cube.colour for cube in cubes])
@@ -103,6 +104,18 @@ class CubeTracker:
                 left.discard(int(column))
         self._overlook(tracks)
         return [cubes[index] for index in sorted(left)]
+
+    @staticmethod
+    def _bring_near(
+        tracks: list[CubeTrack], expected: np.ndarray, cubes: list[Detection], cost: np.ndarray
+    ) -> None:
+        """A cube without depth may be anywhere on its line when somebody carries it."""
+        blind = [column for column, cube in enumerate(cubes) if cube.sight is not None]
+        for row, track in enumerate(tracks):
+            if track.carrier is not None:
+                for column in blind:
+                    place = cubes[column].near(expected[row]).position
+                    cost[row, column] = np.linalg.norm(place - expected[row])
 
     def _overlook(self, tracks: list[CubeTrack]) -> list[Detection]:
         for track in tracks:
@@ -158,7 +171,7 @@ class CubeTracker:
         """Give cubes that are seen in a grip to tracks that are carried or have just gone."""
         unclaimed = []
         for cube in left:
-            carrier = self.carriers.nearest(cube.position, IN_GRIP)
+            cube, carrier = self._grip_on(cube)
             if self._part_of_known(cube):
                 continue
             track = None if carrier is None else self._track_in(t, carrier, cube)
@@ -169,6 +182,17 @@ class CubeTracker:
             track.attach(carrier, seen_there=True)
             track.seen, track.measured = t, True
         return unclaimed
+
+    def _grip_on(self, cube: Detection) -> tuple[Detection, Carrier | None]:
+        """Who may hold a cube that is seen, and where it is then."""
+        if cube.sight is None:
+            return cube, self.carriers.nearest(cube.position, IN_GRIP)
+        for carrier in self.carriers.all.values():
+            if carrier.grip is not None:
+                moved = cube.near(carrier.grip)
+                if carrier.reaches(moved.position, IN_GRIP[carrier.name]):
+                    return moved, carrier
+        return cube, None
 
     def _part_of_known(self, cube: Detection) -> bool:
         """Whether it is a cube in a container, of which something hides the rest."""
@@ -216,7 +240,7 @@ class CubeTracker:
 
     def _fell(self, track: CubeTrack) -> bool:
         """Whether the track ended at the end of the belt."""
-        along, across, _ = self._workspace.along(track.position)
+        along, across = self._workspace.along(track.position)
         edge = self._workspace.edge
         near = self._workspace.end - 1.5 * edge <= along <= self._workspace.end + 2.0 * edge
         return bool(near and abs(across) <= self._workspace.width / 2)

@@ -73,6 +73,8 @@ class CubeTrack:
 
     def take(self, t: float, cube: Detection, carrier: Carrier | None) -> None:
         """It is seen at time t."""
+        if self.carrier is not None:
+            cube = cube.near(self.position)
         if self.container is not None:
             place = self.position + LEARNING * (cube.position - self.position)
             self.filter.reset(t, place, cube.sigma, np.zeros(3))
@@ -82,6 +84,8 @@ class CubeTrack:
             self.offset = cube.position - carrier.grip
         self.purity += LEARNING * (cube.purity - self.purity)
         self._count_lying(t, cube.position)
+        if self.carrier is not None and cube.sight is not None:
+            self.lying = 0  # nobody saw how high it is
         self.seen, self.missing, self.measured = t, None, True
         self.pictures += 1
 

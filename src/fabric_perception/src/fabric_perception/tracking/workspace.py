@@ -2,6 +2,7 @@
 """Where belt and containers are, from cell.yaml; metres in frame cell."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
@@ -93,15 +94,15 @@ class Workspace:
         """The containers of the present scenario."""
         return self.scenarios[self.scenario]
 
-    def along(self, point: np.ndarray) -> np.ndarray:
-        """A point (3,) of the cell along, across and above the belt."""
-        return self.conveyor.from_cell(point)
+    def along(self, point: Sequence[float] | np.ndarray) -> tuple[float, float]:
+        """How far along and across the belt a point x, y of the cell is, m."""
+        c, s = math.cos(self.conveyor.yaw), math.sin(self.conveyor.yaw)
+        dx, dy = float(point[0]) - self.conveyor.x, float(point[1]) - self.conveyor.y
+        return c * dx + s * dy, c * dy - s * dx
 
     def over_belt(self, x: float, y: float, margin: float = 0.0) -> bool:
         """Whether a place lies over the belt, or at most `margin` beside it."""
-        c, s = math.cos(self.conveyor.yaw), math.sin(self.conveyor.yaw)
-        dx, dy = x - self.conveyor.x, y - self.conveyor.y
-        along, across = c * dx + s * dy, c * dy - s * dx
+        along, across = self.along((x, y))
         within = self.feeder - self.edge - margin <= along <= self.end + self.edge / 2 + margin
         return within and abs(across) <= self.width / 2 + margin
 
