@@ -64,7 +64,7 @@ def _head(look: Appearance, plates: Sequence[Plate]) -> list[str]:
         *(geom("sphere", (0.010,), (0.086, y, 0.005), (0.15, 0.12, 0.10)) for y in (-0.03, 0.03)),
         geom("ellipsoid", (0.010, 0.024, 0.006), (0.087, 0.0, -0.068), (0.62, 0.36, 0.33)),
         geom("ellipsoid", (0.118, 0.104, 0.100), (0.0, 0.0, 0.045), look.helmet),
-        geom("ellipsoid", (0.055, 0.085, 0.008), (0.095, 0.0, 0.030), look.helmet),
+        geom("ellipsoid", (0.042, 0.068, 0.006), (0.088, 0.0, 0.006), look.helmet),
     ]
     for plate in plates:
         parts += _plate(plate)
