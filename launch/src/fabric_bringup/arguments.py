@@ -164,6 +164,19 @@ def recording(text: str) -> str:
     return os.path.abspath(text)
 
 
+def picture_topics(text: str) -> str:
+    """Empty, or own=recorded topics with commas between."""
+    parts = [part.partition("=") for part in text.split(",")] if text else []
+    if not all(own.strip() and sign and other.strip() for own, sign, other in parts):
+        raise ArgumentError("own=recorded topics, comma between (docs/cameras.md)")
+    return text
+
+
+def camera_files(text: str) -> str:
+    """Absolute paths of YAML files, colon between; empty stays empty."""
+    return ":".join(settings(part) for part in text.split(":")) if text else ""
+
+
 def policies(text: str) -> str:
     """Policies to compare, comma between."""
     checked = [policy(part) for part in text.split(",")]
@@ -296,6 +309,10 @@ WORDS = (
     ),
     Word("speed", "max", "times the recorded time, or max", replay_speed, ("replay",)),
     Word("out_dir", "runs/replay", "folder of plot and summary", out_dir, ("replay",)),
+    Word("file", "", "a bag with pictures", recording, ("perceive",)),
+    Word("names", "", "topics of another driver, own=recorded,...", picture_topics, ("perceive",)),
+    Word("camera_files", "", "where the cameras were, YAML:YAML", camera_files, ("perceive",)),
+    Word("out_dir", "runs/replay", "folder of what is perceived", out_dir, ("perceive",)),
 )
 
 
@@ -360,6 +377,8 @@ NOTES = {  # what else a command takes
     "replay": [
         "file:= may be left out before the path; unless given, out_dir is runs/replay-NAME",
         "with a folder of trials in its place: ./fabric replay FOLDER [out_dir:=DIR] [seed:=1]",
+        "a bag with pictures goes through perception first; it also takes names:=own=recorded,... "
+        "and camera_files:=YAML:YAML (docs/cameras.md)",
     ],
 }
 

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Runs a launch file for `./fabric`: a master of its own, quiet output, signals passed on once.
 
-`python3 -m fabric_bringup.launcher sim|replay name:=value ...` with words checked before. All that
-roslaunch and the nodes say is in log/roslaunch.log of out_dir; on the screen its chatter is left
-out.
+`python3 -m fabric_bringup.launcher sim|replay|perceive name:=value ...` with words checked before.
+All that roslaunch and the nodes say is in log/roslaunch.log of out_dir; on the screen its chatter
+is left out.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ ESCAPES = re.compile(r"\x1b\[[0-9;]*m|\x1b\][^\x07]*\x07")
 CHATTER = re.compile(
     r"""\.\.\.\ logging\ to\ |started\ roslaunch\ server|auto-starting\ new\ master
     |process\[[\w-]+\]:\ started|ROS_MASTER_URI=|setting\ /run_id|started\ core\ service
-    |=*REQUIRED\ process\ \[(session|replay)-|process\ has\ finished\ cleanly|=+$
+    |=*REQUIRED\ process\ \[(session|replay|perceive)-|process\ has\ finished\ cleanly|=+$
     |Initiating\ shutdown!
     |(\s*\[[\w-]+\]\ killing\ on\ exit)+$|shutting\ down\ processing\ monitor
     |\.\.\.\ shutting\ down\ processing|done$|log\ file:\ |XDG_RUNTIME_DIR|QStandardPaths""",
@@ -98,7 +98,19 @@ def replayed(folder: Path, code: int) -> int:
     return code
 
 
-JUDGES: Mapping[str, Callable[[Path, int], int]] = {"sim": outcome.main, "replay": replayed}
+def perceived(folder: Path, code: int) -> int:
+    """As `replayed`, of pictures."""
+    if code == 0 and not (folder / "perceive.json").exists():
+        print("fabric: the pictures were not replayed to their end", file=sys.stderr)
+        return 1
+    return code
+
+
+JUDGES: Mapping[str, Callable[[Path, int], int]] = {
+    "sim": outcome.main,
+    "replay": replayed,
+    "perceive": perceived,
+}
 
 
 def main(job: str, words: Sequence[str]) -> int:
