@@ -3,6 +3,7 @@
 """ROS node of the tracker: pictures of the cell camera in; cubes, containers and the hand out."""
 
 import math
+from collections import deque
 from dataclasses import replace
 
 import diagnostic_updater
@@ -21,6 +22,7 @@ from fabric_msgs.msg import (
     Cube,
     CubeArray,
     HandState,
+    LoadCellReadings,
     TaskState,
 )
 from fabric_msgs.traffic import Traffic
@@ -35,6 +37,7 @@ from fabric_perception.tracking.health import Health
 from fabric_perception.tracking.overlay import draw_overlay
 from fabric_perception.tracking.parameters import TrackingParameters, load_parameters
 from fabric_perception.tracking.pipeline import SeenCube, Tracking
+from fabric_perception.tracking.weighing import Scales, scale_parameters
 from fabric_perception.tracking.workspace import Workspace
 
 COLOUR, DEPTH = "cell/camera/rgb/image_raw", "cell/camera/depth/image"
@@ -42,6 +45,7 @@ INFO, OVERLAY = "cell/camera/rgb/camera_info", "cell/camera/overlay"
 RUNNING = (TaskState.SHOWING_RULES, TaskState.RUNNING)
 APART = 0.02  # s, between a colour and a depth picture that belong together
 QUEUE = 10  # pictures that wait for their partner
+CUPS = 20  # places of the cup that are kept: its way is needed at the time of a picture
 NEW_TIME = 2.0  # s; time that jumps back further begins anew, as when a bag is played again
 UPRIGHT = Quaternion(0.0, 0.0, 0.0, 1.0)
 
@@ -50,7 +54,11 @@ class TrackingNode:
     """Answers every pair of pictures with cubes and hand of its stamp."""
 
     def __init__(
-        self, workspace: Workspace, palette: Palette, parameters: TrackingParameters
+        self,
+        workspace: Workspace,
+        palette: Palette,
+        parameters: TrackingParameters,
+        scales: Scales | None,
     ) -> None:
         self._workspace, self._palette, self._parameters = workspace, palette, parameters
         self._info: CameraInfo | None = None
@@ -61,7 +69,8 @@ class TrackingNode:
         self._told: tuple[Tracking | None, int] = (None, 0)
         self._sequence = 0
         self._newest = -math.inf
-        self._cup: np.ndarray | None = None
+        self._cups: deque[tuple[float, np.ndarray]] = deque(maxlen=CUPS)
+        self._scales = scales
         self._conveyor: ConveyorState | None = None
         self._health = Health(parameters.stale_after)
         self._frames = tf2_ros.Buffer()
@@ -86,6 +95,8 @@ class TrackingNode:
         rospy.Subscriber("arm/tcp", PoseStamped, locked(self._on_cup), queue_size=1)
         self._traffic.subscribe("conveyor/state", ConveyorState, self._on_conveyor)
         self._traffic.subscribe("task/state", TaskState, self._on_task)
+        if self._scales is not None:
+            self._traffic.subscribe("sensors/load_cells", LoadCellReadings, self._on_load_cells)
         colours, depths = message_filters.SimpleFilter(), message_filters.SimpleFilter()
         self._pairs = message_filters.ApproximateTimeSynchronizer([colours, depths], QUEUE, APART)
         self._pairs.registerCallback(self._on_pictures)
@@ -103,7 +114,8 @@ class TrackingNode:
 
     def _on_cup(self, pose: PoseStamped) -> None:
         at = pose.pose.position
-        self._cup = self._workspace.arm.to_cell(np.array([at.x, at.y, at.z]))
+        place = self._workspace.arm.to_cell(np.array([at.x, at.y, at.z]))
+        self._cups.append((pose.header.stamp.to_sec(), place))
 
     def _on_conveyor(self, state: ConveyorState) -> None:
         self._conveyor = state
@@ -112,6 +124,8 @@ class TrackingNode:
         if task.task_id == self._task_id or task.status not in RUNNING:
             return
         self._task_id = task.task_id
+        if self._scales is not None:
+            self._scales.reset()
         if task.scenario not in self._workspace.scenarios:
             rospy.logerr(f"tracking: scenario {task.scenario!r} has no containers in cell.yaml")
             return
@@ -119,6 +133,19 @@ class TrackingNode:
         if self._tracking is not None:
             self._tracking.start_task()
             self._publish_containers(task.header.stamp)
+
+    def _on_load_cells(self, readings: LoadCellReadings) -> None:
+        """Raises ValueError for readings that make no sense, which the traffic logs."""
+        stamp = readings.header.stamp
+        assert self._scales is not None
+        changes = self._scales.read(
+            stamp.to_sec(), readings.period, list(readings.containers), readings.counts
+        )
+        if self._tracking is None:
+            return
+        for change in changes:
+            self._tracking.on_load_step(change.tray, change.t, change.cubes)
+        self._publish_containers(stamp)
 
     def _on_pictures(self, colour: Image, depth: Image) -> None:
         stamp, now = colour.header.stamp, rospy.get_time()
@@ -142,7 +169,7 @@ class TrackingNode:
             rospy.logwarn(f"tracking: time begins anew at {stamp.to_sec():.2f} s")
             tracking.restart()
         bgr = colour_of(colour)
-        seen = tracking.step(stamp.to_sec(), bgr, depth_of(depth), self._signals())
+        seen = tracking.step(stamp.to_sec(), bgr, depth_of(depth), self._signals(stamp.to_sec()))
         self._newest = stamp.to_sec()
         header = Header(stamp=stamp, frame_id=PARENT)
         self._cubes.publish(CubeArray(header, [_cube(cube) for cube in seen.cubes]))
@@ -172,10 +199,16 @@ class TrackingNode:
         p, q = found.translation, found.rotation
         return Camera.from_camera_info(self._info, pose_of((p.x, p.y, p.z), (q.x, q.y, q.z, q.w)))
 
-    def _signals(self) -> Signals:
+    def _signals(self, t: float) -> Signals:
+        """What arm and belt say at the time of a picture, s."""
+        cup = None
+        if self._cups:
+            times = [moment for moment, _ in self._cups]
+            places = np.array([place for _, place in self._cups])
+            cup = np.array([np.interp(t, times, places[:, axis]) for axis in range(3)])
         if self._conveyor is None:
-            return Signals(self._cup)
-        return Signals(self._cup, self._conveyor.speed, self._conveyor.cube_at_pick_point)
+            return Signals(cup)
+        return Signals(cup, self._conveyor.speed, self._conveyor.cube_at_pick_point)
 
     def _publish_containers(self, stamp: rospy.Time) -> None:
         """Publish the containers when they have changed."""
@@ -228,7 +261,12 @@ def main() -> None:
     rospy.init_node("tracking")
     workspace = Workspace.load(rospy.get_param("~cell_file"))
     palette = Palette.load(rospy.get_param("~colours_file"))
-    TrackingNode(workspace, palette, load_parameters(rospy.get_param("~tracking", {})))
+    scales = None
+    if rospy.has_param("~load_cells"):
+        scales = Scales(scale_parameters(rospy.get_param("~load_cells")))
+    else:
+        rospy.loginfo("tracking: no ~load_cells; cubes in a person's trays count when seen lying")
+    TrackingNode(workspace, palette, load_parameters(rospy.get_param("~tracking")), scales)
     rospy.spin()
 
 
