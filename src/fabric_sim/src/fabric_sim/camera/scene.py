@@ -34,7 +34,7 @@ class Scene(NamedTuple):
     """
 
     scenario: str = "sorting"
-    hand: Vector = (0.56, 0.195, 0.06)
+    hand: Vector = (0.63, 0.235, 0.06)
     stop: float = 0.0
     shoulder: Vector = (0.80, 0.235, 0.36)
     head: Vector = (0.75, 0.035, 0.52)
