@@ -47,6 +47,7 @@ from fabric_msgs.srv import (
 from fabric_msgs.traffic import Traffic, introduce
 from fabric_sim import frames, reports
 from fabric_sim.arm import JOINT_NAMES, ArmResult, goal_of
+from fabric_sim.camera.filmed import TOPICS, FilmedCell, SensorParameters
 from fabric_sim.cell import Cell, CellConfig, Stimulus
 from fabric_sim.cell_parameters import CAMERA, MANUAL, CellParameters
 from fabric_sim.geometry import Point
@@ -349,8 +350,6 @@ class CellNode:
 
 def _filmed(cell: Cell, parameters: CellParameters) -> tuple[Any, dict[str, Any]]:
     """The cell as cameras see it, and what it sends. Raises ValueError for a bad file."""
-    from fabric_sim.camera.filmed import TOPICS, FilmedCell, SensorParameters  # only then needed
-
     sensors = SensorParameters.load(parameters.sensors_file)
     return FilmedCell(cell, parameters.seed, sensors), TOPICS
 

@@ -7,8 +7,8 @@
 
 A median of five takes out spikes. A level counts when it stood still for `still` s; it is a new
 number of cubes when it differs from the last one by about a whole number of cubes and stays for
-`hold_off` s. A hand on the tray is never still enough, and goes away again. Only an empty tray is
-tared anew, slowly.
+`hold_off` s. A large step must last longer, because more likely it is a hand: hardly ever still for
+so long, and gone again. Only an empty tray is tared anew, slowly.
 """
 
 import math
@@ -30,7 +30,7 @@ class ScaleParameters:
     tolerance: float = 0.35  # of a cube's weight that a step may be off
     still: float = 0.15  # s
     still_range: float = 0.06  # of a cube's weight within which a level is still
-    hold_off: float = 0.10  # s that a new level must last
+    hold_off: float = 0.10  # s that a step of one cube must last; n cubes n^2 times as long
     tare_time: float = 3.0  # s, time constant of taring while empty
     gap: float = 1.0  # s without readings after which everything is looked at anew
 
@@ -131,7 +131,7 @@ class TrayScale:
         if self._new is None or self._new[1] != cubes:
             self._new = (self._last, cubes)
         since = self._new[0]
-        if self._last - since < self._p.hold_off:
+        if self._last - since < self._p.hold_off * cubes**2:
             return None
         self.cubes += cubes
         self._level, self._new = level, None
