@@ -61,8 +61,9 @@ def test_the_refusal_of_a_human_lists_the_sixteen_types():
     assert all(name in reason for name in arguments.HUMAN_TYPES)
 
 
-def test_a_camera_says_that_it_is_not_there_yet():
-    assert "not available yet" in refused("sensing:=camera")
+def test_people_are_seen_by_labels_or_by_cameras():
+    assert arguments.parse("sim", ["sensing:=camera"])["sensing"] == "camera"
+    assert "one of direct, camera" in refused("sensing:=radar")
 
 
 def test_a_worker_is_a_file_that_exists(tmp_path, monkeypatch):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The cell that cameras see sends scenes and raw readings in place of labels; nothing else changes."""
+"""The cell that cameras see sends scenes and raw readings for labels; nothing else changes."""
 
 import numpy as np
 import pytest
