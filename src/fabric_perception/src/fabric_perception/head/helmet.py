@@ -8,6 +8,7 @@ own frame has x out of its face, z to its top.
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -32,7 +33,7 @@ class HelmetMarker:
     size: float  # m, edge of the black square
     pose: np.ndarray  # (4, 4), marker's frame to frame helmet, m
 
-    @property
+    @cached_property
     def corners(self) -> np.ndarray:
         """(4, 3) m in frame helmet, clockwise from its top left."""
         own = np.column_stack([np.zeros(4), self.size * UNIT_CORNERS])
@@ -46,7 +47,7 @@ class Helmet:
     dictionary: str
     markers: Mapping[int, HelmetMarker]
 
-    @property
+    @cached_property
     def corners(self) -> np.ndarray:
         """(4 n, 3) m, every corner in frame helmet."""
         return np.concatenate([marker.corners for marker in self.markers.values()])

@@ -30,7 +30,7 @@ class HeadParameters:
         1.0, "s", 0.05, 10.0, "a head not seen for so long is a head never seen"
     )
     search_growth: float = _parameter(
-        0.6, "1", 0.1, 10.0, "of the helmet's size in the picture, searched around where it was"
+        0.3, "1", 0.1, 10.0, "of the helmet's size in the picture, searched around where it was"
     )
     work_x: float = _parameter(0.30, "m", -5.0, 5.0, "middle of the work area, in frame cell")
     work_y: float = _parameter(0.0, "m", -5.0, 5.0, "middle of the work area, in frame cell")
