@@ -2,7 +2,7 @@
 from catkin_pkg.python_setup import generate_distutils_setup
 from setuptools import setup
 
-PARTS = ("", ".calibration", ".head", ".tracking")
+PARTS = ("", ".calibration", ".gestures", ".head", ".tracking")
 
 setup(
     **generate_distutils_setup(
