@@ -49,6 +49,10 @@ def test_words_of_a_replay_of_pictures_are_checked(bag, tmp_path):
     pose.write_text("{}")
     words = [f"file:={bag('/x')}", f"out_dir:={tmp_path / 'out'}", f"camera_files:={pose}:{pose}"]
     assert arguments.parse("perceive", words)["camera_files"] == f"{pose}:{pose}"
-    for bad in ("names:=head/camera/image_raw", "camera_files:=/nowhere.yaml"):
-        with pytest.raises(arguments.ArgumentError, match="is refused"):
-            arguments.parse("perceive", [*words[:2], bad])
+    with pytest.raises(arguments.ArgumentError, match="camera_files:=.* is refused"):
+        arguments.parse("perceive", [*words[:2], f"camera_files:={pose}:/nowhere.yaml"])
+
+
+def test_names_that_are_none_are_told(bag, capsys):
+    assert picture_bag.main(["pictures", bag("/x"), "names:=head/camera/image_raw"]) == 2
+    assert "is no own=recorded" in capsys.readouterr().err

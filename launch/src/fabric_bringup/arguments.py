@@ -164,14 +164,6 @@ def recording(text: str) -> str:
     return os.path.abspath(text)
 
 
-def picture_topics(text: str) -> str:
-    """Empty, or own=recorded topics with commas between."""
-    parts = [part.partition("=") for part in text.split(",")] if text else []
-    if not all(own.strip() and sign and other.strip() for own, sign, other in parts):
-        raise ArgumentError("own=recorded topics, comma between (docs/cameras.md)")
-    return text
-
-
 def camera_files(text: str) -> str:
     """Absolute paths of YAML files, colon between; empty stays empty."""
     return ":".join(settings(part) for part in text.split(":")) if text else ""
@@ -244,6 +236,7 @@ def new_run_folder() -> str:
     raise AssertionError("unreachable: count() does not end")
 
 
+REPLAYS = ("replay", "perceive")  # of decisions, and of pictures before
 PEOPLE = "a type | e,s,a,c | random | mixed | drifting | a model file"
 
 
@@ -264,13 +257,7 @@ WORDS = (
     Word("scenario", "inspection", "inspection | sorting", one_of(SCENARIOS)),
     Word("human", "random", f"{PEOPLE} | manual (you)", human, ("sim",)),
     Word("human", "random", PEOPLE, simulated_human, ("batch",)),
-    Word(
-        "policy",
-        "proactive",
-        f"{' | '.join(POLICIES)} | a model file",
-        policy,
-        ("sim",),
-    ),
+    Word("policy", "proactive", f"{' | '.join(POLICIES)} | a model file", policy, ("sim",)),
     Word("policy", "proactive", "one or several as for sim, comma between", policies, ("batch",)),
     Word("seeds", "1", "how many runs a policy, with seeds from seed on", tasks, ("batch",)),
     Word("tasks", "90", "how many tasks a policy and type of person", tasks, ("train",)),
@@ -297,7 +284,7 @@ WORDS = (
     Word("rviz", "false", "open the 3D view", boolean, ("sim",)),
     Word("record", "true", "one bag a task", boolean, ("sim",)),
     Word("out_dir", new_run_folder, "folder of the record", out_dir),
-    Word("file", "", "the recorded trial, a CSV file or a bag", recording, ("replay",)),
+    Word("file", "", "the recorded trial, a CSV file or a bag", recording, REPLAYS),
     Word(
         "policy",
         "proactive",
@@ -306,11 +293,9 @@ WORDS = (
         ("replay",),
     ),
     Word("speed", "max", "times the recorded time, or max", replay_speed, ("replay",)),
-    Word("out_dir", "runs/replay", "folder of plot and summary", out_dir, ("replay",)),
-    Word("file", "", "a bag with pictures", recording, ("perceive",)),
-    Word("names", "", "topics of another driver, own=recorded,...", picture_topics, ("perceive",)),
+    Word("out_dir", "runs/replay", "folder of plot and summary", out_dir, REPLAYS),
+    Word("names", "", "topics of another driver, own=recorded,...", str, ("perceive",)),
     Word("camera_files", "", "where the cameras were, YAML:YAML", camera_files, ("perceive",)),
-    Word("out_dir", "runs/replay", "folder of what is perceived", out_dir, ("perceive",)),
 )
 
 
