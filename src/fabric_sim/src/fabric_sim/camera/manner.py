@@ -50,7 +50,7 @@ class Manner:
         along = (np.cos(yaw), np.sin(yaw), 0.0)  # ahead
         across = (-np.sin(yaw), np.cos(yaw), u(-0.2, 0.2))
         axis = np.array(along if wave == "push" else across)
-        turn = u(0.75, 1.0)
+        turn = u(0.90, 1.10)
         return cls(
             pace=u(0.75, 1.35),
             onset=(0.02, u(0.05, 0.18)),
