@@ -15,14 +15,12 @@ import rospy
 import tf2_ros
 from sensor_msgs.msg import CameraInfo, Image
 
-from fabric_dobot_driver import load_limits
 from fabric_msgs.msg import SimScene
 from fabric_msgs.traffic import Traffic
 from fabric_sim.camera import messages
 from fabric_sim.camera.node_parameters import CameraNodeParameters
 from fabric_sim.camera.parameters import TICK_RATE, CameraParameters, Lens
 from fabric_sim.camera.renderer import CellRenderer
-from fabric_sim.geometry import load_geometry
 
 SCENE = "sim/scene"
 COLOUR, DEPTH, HEAD = "cell/camera/rgb", "cell/camera/depth", "head/camera"
@@ -104,8 +102,8 @@ def main() -> int:
     try:
         p = CameraNodeParameters.load(rospy.get_param("~", {}), rospy.get_name())
         parameters = CameraParameters.load(p.camera_file, p.poses_file, p.helmet_file)
-        links = load_limits(p.limits_file).links
-        renderer = CellRenderer(load_geometry(p.cell_file), links, parameters, p.seed, p.shadows)
+        files = (p.cell_file, p.limits_file)
+        renderer = CellRenderer.of_files(*files, parameters, p.seed, p.shadows)
     except ValueError as error:
         rospy.logfatal("%s", error)
         return 2

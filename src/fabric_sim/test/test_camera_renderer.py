@@ -14,7 +14,7 @@ from camera_helpers import (
     SCENES,
     small,
 )
-from cell_helpers import B, G, R
+from cell_helpers import SRC, B, G, R
 
 from fabric_sim.camera.looks import Appearance
 from fabric_sim.camera.mjcf import model_of
@@ -24,6 +24,8 @@ from fabric_sim.camera.scene import Scene, SceneCube
 from fabric_sim.camera.smear import hand_smear, head_smear
 
 SMALL = small()
+CELL = SRC.parent / "launch" / "config" / "cell.yaml"
+LIMITS = SRC / "fabric_dobot_driver" / "config" / "magician.yaml"
 HUES = {R: (172, 8), G: (52, 72), B: (102, 120)}  # OpenCV's, of 180
 
 
@@ -175,7 +177,7 @@ def test_equal_seeds_look_alike_and_others_do_not():
 
 
 def test_the_same_seed_renders_the_same_pictures(pictures):
-    renderer = CellRenderer(GEOMETRY, LINKS, SMALL, seed=101)
+    renderer = CellRenderer.of_files(CELL, LIMITS, SMALL, seed=101)
     again = {name: renderer.render(scene) for name, scene in SCENES.items()}
     with pytest.raises(ValueError, match="scenario is 'cooking'; allowed: inspection, sorting"):
         renderer.render(Scene(scenario="cooking"))

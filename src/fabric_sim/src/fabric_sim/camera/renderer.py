@@ -11,6 +11,7 @@ One renderer at a time in a process. Needs no screen: EGL renders on the process
 from __future__ import annotations
 
 import os
+from pathlib import Path
 from typing import NamedTuple
 
 os.environ.setdefault("MUJOCO_GL", "egl")  # read when mujoco is imported
@@ -18,7 +19,7 @@ os.environ.setdefault("MUJOCO_GL", "egl")  # read when mujoco is imported
 import mujoco
 import numpy as np
 
-from fabric_dobot_driver import Links
+from fabric_dobot_driver import Links, load_limits
 from fabric_sim.camera.lens import ColourLens, DepthSensor
 from fabric_sim.camera.looks import Appearance
 from fabric_sim.camera.mjcf import CUBES, FAR, FLOOR, NEAR, model_of
@@ -27,7 +28,7 @@ from fabric_sim.camera.posture import posture_of
 from fabric_sim.camera.scene import Scene
 from fabric_sim.camera.smear import hand_smear, head_smear
 from fabric_sim.character import named_generator
-from fabric_sim.geometry import CellGeometry
+from fabric_sim.geometry import CellGeometry, load_geometry
 
 HIDDEN = (0.0, 0.0, FLOOR - 1.0)  # m
 MOST_GEOMS = 600
@@ -76,6 +77,22 @@ class CellRenderer:
         self._head_lens = ColourLens(parameters.head, parameters.grain, look.exposure, head)
         self._before: Scene | None = None
         self._depth = DepthSensor(parameters.cell, parameters.depth, depth)
+
+    @classmethod
+    def of_files(
+        cls,
+        cell: str | Path,
+        limits: str | Path,
+        parameters: CameraParameters,
+        seed: int,
+        shadows: bool = False,
+    ) -> CellRenderer:
+        """Return the renderer of the cell in cell.yaml with the arm in magician.yaml.
+
+        Raises ValueError naming the file, the entry and its value.
+        """
+        links = load_limits(limits).links
+        return cls(load_geometry(cell), links, parameters, seed, shadows)
 
     def render(self, scene: Scene) -> Frame:
         """Return what the cameras see of a scene, noise and all.
