@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from fabric_perception.gestures.model_file import load
-from fabric_perception.gestures.recording import GRASP, IDLE, OTHER, UNLABELLED, WARN, Recording
+from fabric_perception.gestures.recording import GRASP, IDLE, OTHER, UNLABELLED, WARN
 from fabric_sim import batch_gestures
 from fabric_sim.batch_gestures_other import PLACES, excursion
 from fabric_sim.batch_gestures_people import _as_seen, simulate_person
@@ -94,7 +94,3 @@ def test_bags_that_cannot_be_used_write_nothing(tmp_path, capsys):
     assert batch_gestures.main([str(tmp_path / "bags"), f"out_dir:={tmp_path}"]) == 2
     assert "holds no .bag" in capsys.readouterr().err
     assert not (tmp_path / "gestures.yaml").exists()
-
-
-def test_recordings_of_people_are_those_of_the_classifier(people):
-    assert all(isinstance(one, Recording) for mine in people for one in mine)

@@ -20,7 +20,7 @@ from typing import Any
 from fabric_perception.gestures.bags import read_folder
 from fabric_perception.gestures.evaluation import Score, confusion_table, total
 from fabric_perception.gestures.features import FeatureSettings
-from fabric_perception.gestures.model_file import SHIPPED, TrainedGestures, save
+from fabric_perception.gestures.model_file import TrainedGestures, save, shipped
 from fabric_perception.gestures.recording import UNLABELLED, Recording
 from fabric_perception.gestures.workshop import Recipe, Watched, leave_one_person_out, train
 from fabric_sim.batch_files import Files
@@ -162,7 +162,7 @@ def main(arguments: Sequence[str]) -> int:
         if words.compare:
             print(compare(data, recipe, words.seed))
         model = train(watched, recipe, words.seed).model
-        path = Path(words.out_dir) / SHIPPED.name if words.out_dir else SHIPPED
+        path = Path(words.out_dir) / "gestures.yaml" if words.out_dir else shipped()
         card = card_of(words, data, scores, recipe)
         save(path, TrainedGestures(model, recipe.score, recipe.features, card))
     except ValueError as error:

@@ -23,7 +23,16 @@ from fabric_perception.gestures.settings import ScoreSettings, settings_from
 FORMAT = "fabric-gestures"
 VERSION = 1
 ARRAYS = tuple(item.name for item in fields(GestureModel) if item.name not in ("labels", "garbage"))
-SHIPPED = Path(__file__).resolve().parents[1] / "models" / "gestures.yaml"
+PLACE = "models/gestures.yaml"  # in the package, or in its share when it is installed
+
+
+def shipped() -> Path:
+    """Where the trained model lies that comes with the package."""
+    here = Path(__file__).resolve()
+    places = [here.parents[3] / PLACE]
+    if len(here.parents) > 5:
+        places.append(here.parents[5] / "share" / "fabric_perception" / PLACE)
+    return next((path for path in places if path.is_file()), places[0])
 
 
 class ModelFileError(ValueError):
@@ -74,13 +83,13 @@ def save(path: str | Path, trained: TrainedGestures) -> None:
 RESERVED = ("format", "version", "arrays", "labels", "garbage", "features", "score")
 
 
-def load(path: str | Path = SHIPPED) -> TrainedGestures:
+def load(path: str | Path | None = None) -> TrainedGestures:
     """Read a card and its arrays, the shipped ones unless a path is given.
 
     Raises ModelFileError naming the file, the entry and its value: not our format or version,
     arrays that are not the card's, shapes, sums, numbers that are not finite.
     """
-    path = _card_path(path)
+    path = _card_path(path or shipped())
     card = _read_card(path)
     arrays = _read_arrays(path, card)
     try:

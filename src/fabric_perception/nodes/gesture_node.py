@@ -1,0 +1,77 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""ROS node of gesture recognition: the tracked hand and cubes in, activity and warnings out."""
+
+import rospy
+from std_msgs.msg import Header
+
+from fabric_msgs.msg import CubeArray, HandState, HumanActivity
+from fabric_msgs.traffic import Traffic
+from fabric_perception.gestures.model_file import TrainedGestures, load
+from fabric_perception.gestures.recogniser import (
+    GesturePercept,
+    GestureRecogniser,
+    RecogniserParameters,
+)
+from fabric_perception.gestures.settings import settings_from
+
+FRAME = "cell"
+
+
+class GestureNode:
+    """Answers the hand's messages with percepts of their stamps, ten a second."""
+
+    def __init__(self, trained: TrainedGestures, parameters: RecogniserParameters) -> None:
+        self._recogniser = GestureRecogniser(trained, parameters)
+        self._traffic = Traffic("gesture")
+        self._activity = self._traffic.publisher("human/activity", HumanActivity)
+        self._warning = self._traffic.publisher("human/warning", Header)
+        self._traffic.subscribe("cell/cubes", CubeArray, self._on_cubes)
+        self._traffic.subscribe("human/hand", HandState, self._on_hand)
+        rospy.Timer(
+            rospy.Duration(parameters.silence), self._traffic.serialised(self._on_time), reset=True
+        )
+
+    def _on_cubes(self, message: CubeArray) -> None:
+        try:
+            self._recogniser.on_cubes(message.header.stamp.to_sec(), message.cubes)
+        except ValueError as error:
+            rospy.logwarn_throttle(5.0, f"gesture: cubes are left out: {error}")
+
+    def _on_hand(self, message: HandState) -> None:
+        at = message.position
+        hand = (at.x, at.y, at.z) if message.visible else None
+        try:
+            percept = self._recogniser.on_hand(message.header.stamp.to_sec(), hand)
+        except ValueError as error:
+            rospy.logwarn_throttle(5.0, f"gesture: a hand is left out: {error}")
+            return
+        self._publish(percept, message.header.stamp)
+
+    def _on_time(self, _: rospy.timer.TimerEvent) -> None:
+        now = rospy.Time.now()
+        self._publish(self._recogniser.on_silence(now.to_sec()), now)
+
+    def _publish(self, percept: GesturePercept | None, stamp: rospy.Time) -> None:
+        if percept is None:
+            return
+        header = Header(stamp=stamp, frame_id=FRAME)
+        if percept.warning:
+            self._warning.publish(header)
+        posterior = [float(p) for p in percept.posterior]
+        self._activity.publish(
+            HumanActivity(header, posterior, percept.detected, float(percept.evidence_age))
+        )
+
+
+def main() -> None:
+    """Run until shutdown; a model or parameter that is wrong ends the node at once, by its name."""
+    rospy.init_node("gesture")
+    trained = load(rospy.get_param("~model_file", "") or None)
+    parameters = settings_from(RecogniserParameters, rospy.get_param("~gestures"))
+    GestureNode(trained, parameters)
+    rospy.spin()
+
+
+if __name__ == "__main__":
+    main()
