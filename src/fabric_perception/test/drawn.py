@@ -164,8 +164,11 @@ class Painter:
         corners = np.array(np.meshgrid(span, span, span)).reshape(3, -1).T + np.asarray(middle)
         pixels = self.camera.project(corners)
         limit = (self.camera.width, self.camera.height)
-        low = np.clip(np.floor(pixels.min(axis=0)), 0, limit).astype(int)
-        high = np.clip(np.ceil(pixels.max(axis=0)) + 1, 0, limit).astype(int)
+        near = np.nan_to_num(pixels)
+        low = np.clip(np.floor(near.min(axis=0)), 0, limit).astype(int)
+        high = np.clip(np.ceil(near.max(axis=0)) + 1, 0, limit).astype(int)
+        if not np.isfinite(pixels).all():  # reaches behind the camera
+            low, high = np.zeros(2, int), np.array(limit)
         part = (slice(low[1], high[1]), slice(low[0], high[0]))
         depth, shade = cast(self._rays[part])
         with np.errstate(invalid="ignore"):

@@ -18,18 +18,22 @@ from fabric_perception.tracking.hand import HandTrack
 from fabric_perception.tracking.measuring import Detection
 from fabric_perception.tracking.parameters import TrackingParameters
 from fabric_perception.tracking.sight import Sight
-from fabric_perception.tracking.tracks import CubeTrack
+from fabric_perception.tracking.tracks import AT_SENSOR, CubeTrack
 from fabric_perception.tracking.workspace import Workspace
 
 Look = Callable[[Sequence[np.ndarray]], list[Sight]]
 NEVER = 1e6  # cost of a pair that is impossible
 IN_GRIP = {HAND: 0.05, CUP: 0.01}  # m, that a cube may move in a grip between two pictures
+UNSENSED = {HAND: 2, CUP: 1}  # pictures in which the sensor misses a cube that was taken
 PART_OF = 1.0  # edges from a cube in a container, within which a part of it is seen
 STEADY = 0.7  # edges, within which a cube that lies in a container is measured
 DOUBTS = 5  # pictures in a row in which the place of a cube in a container is empty
 BIRTHPLACE = 3.0  # edges from the feeder, in which no cube turns up again
 ANYWHERE = 0.3  # m, cost of finding a lost cube far from where it was
 BESIDE_WAY = 0.02  # m beyond its reach beside a carrier's way, where a cube may be that it put down
+EMPTY_HAND = (
+    0.4  # s that a carried cube is out of view, after which it may be anywhere near the way
+)
 AWAY = 0.02  # m beyond its reach at which a carrier has left a cube
 GRACE = 0.3  # s that a cube without a number may be out of view
 
@@ -160,12 +164,24 @@ class CubeTracker:
         along = self._workspace.along(track.position)[0]
         return abs(along) <= self._workspace.edge / 2 and bool(track.contacts)
 
-    def _sucked_off(self, track: CubeTrack, signals: Signals) -> bool:
-        """Whether the sensor misses a cube that stands there, with the cup on it."""
-        if signals.at_pick_point is not False or track.container is not None:
-            return False
+    def _taken_from_sensor(self, track: CubeTrack, signals: Signals) -> Carrier | None:
+        """Who holds a cube that the infrared sensor has seen and now misses.
+
+        The cup is believed at once, for its robot must know; a hand may just have made the sensor
+        chatter.
+        """
         along = self._workspace.along(track.position)[0] / self._workspace.edge
-        return bool(-0.3 <= along <= 1.0) and self.carriers.cup.reaches(track.position)
+        if signals.at_pick_point is None or not AT_SENSOR[0] <= along <= AT_SENSOR[1]:
+            track.at_sensor, track.unsensed = False, 0
+            return None
+        track.at_sensor |= signals.at_pick_point
+        track.unsensed = 0 if signals.at_pick_point else track.unsensed + 1
+        if not track.at_sensor or track.unsensed == 0:
+            return None
+        taker = self.carriers.nearest(track.position)
+        if taker is None or track.unsensed < UNSENSED[taker.name]:
+            return None
+        return taker
 
     def _find_carried(self, t: float, left: list[Detection]) -> list[Detection]:
         """Give cubes that are seen in a grip to tracks that are carried or have just gone."""
@@ -293,7 +309,9 @@ class CubeTracker:
         if track.carrier is not None:
             carrier = self.carriers.all[track.carrier]
             beside = carrier.way_above(place)
-            near = beside <= carrier.reach + BESIDE_WAY
+            # an empty hand may have let go at the tips of its fingers
+            slack = 2.0 if track.age(t) > EMPTY_HAND else 1.0
+            near = beside <= slack * (carrier.reach + BESIDE_WAY)
             if self._put_down(found) and not carrier.reaches(place, AWAY) and near:
                 return beside
         far = float(np.linalg.norm(place - track.position))
@@ -331,10 +349,12 @@ class CubeTracker:
             for carrier in self.carriers.all.values():
                 if carrier.reaches(place):
                     track.contacts[carrier.name] = t
-            taker = self.carriers.nearest(place)
-            if self._sucked_off(track, signals):
-                track.attach(self.carriers.cup, seen_there=True)
-            elif track.measured and track.container is None and track.lifted and taker is not None:
+            if track.container is not None:
+                return
+            taker = self._taken_from_sensor(track, signals)
+            if taker is None and track.measured and track.lifted:
+                taker = self.carriers.nearest(place)
+            if taker is not None:
                 track.attach(taker, seen_there=True)
             return
         carrier = self.carriers.all[track.carrier]

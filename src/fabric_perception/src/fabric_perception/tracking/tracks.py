@@ -25,7 +25,8 @@ class CubeTrack:
     number: its id, 0 as long as it has none. seen: when it was last measured. carrier: name of
     who holds it. held: name and time of who held it last. container: in which it counts.
     missing: since when its place is seen empty. lying: pictures in a row in which it lay still.
-    contacts: when a carrier could last have taken it, by name.
+    contacts: when a carrier could last have taken it, by name. at_sensor: whether the infrared
+    sensor saw it where it stands. unsensed: pictures in a row in which it no longer does.
     """
 
     def __init__(
@@ -45,6 +46,7 @@ class CubeTrack:
         self.container: Tray | None = None
         self.missing: float | None = None
         self.contacts: dict[str, float] = {}
+        self.at_sensor, self.unsensed = False, 0
         self._last = self.position
         self._workspace, self._parameters = workspace, parameters
 
@@ -97,7 +99,7 @@ class CubeTrack:
     def attach(self, carrier: Carrier, seen_there: bool) -> None:
         """It is in the hand, or at the cup."""
         self.carrier, self.container, self.missing, self.lying = carrier.name, None, None, 0
-        self.offset = np.zeros(3)
+        self.offset, self.at_sensor, self.unsensed = np.zeros(3), False, 0
         if carrier.grip is not None:
             if seen_there:
                 self.offset = self.position - carrier.grip
