@@ -9,28 +9,25 @@ import rospy
 from fabric_msgs.msg import HeadState, HumanActivity, Observation, TaskEvent, TaskState
 from fabric_msgs.traffic import Traffic
 from fabric_perception.observation_agent import ObservationAgent
-from fabric_perception.pairing import StampPairing
+from fabric_perception.pairing import Pair, StampPairing
 from fabric_perception.parameters import load_parameters
 
 
 class ObservationNode:
-    """Acts on a percept when the activity and the head of the same stamp are both there."""
+    """Acts on a percept when the activity and the head of its moment are both there."""
 
     def __init__(self, parameters: dict[str, Any]) -> None:
-        self._agent = ObservationAgent(load_parameters(parameters))
-        self._pairing = StampPairing("activity", "head")
+        loaded = load_parameters(parameters)
+        self._agent = ObservationAgent(loaded)
+        self._pairing = StampPairing(round(loaded.pairing_tolerance * 1e9), _unseen_head)
         self._task_id = 0
         self._newest = 0.0  # s, of all stamps of the task
         self._traffic = Traffic("observation")
         self._observations = self._traffic.publisher("observation", Observation)
         self._traffic.subscribe("task/state", TaskState, self._on_state)
         self._traffic.subscribe("task/event", TaskEvent, self._on_event)
-        self._traffic.subscribe(
-            "human/activity", HumanActivity, lambda message: self._on_percept("activity", message)
-        )
-        self._traffic.subscribe(
-            "human/head", HeadState, lambda message: self._on_percept("head", message)
-        )
+        self._traffic.subscribe("human/activity", HumanActivity, self._on_activity)
+        self._traffic.subscribe("human/head", HeadState, self._on_head)
 
     def _on_state(self, state: TaskState) -> None:
         if state.task_id != self._task_id:
@@ -40,11 +37,16 @@ class ObservationNode:
     def _on_event(self, event: TaskEvent) -> None:
         self._publish(self._agent.on_task_event(self._time_of(event), event))
 
-    def _on_percept(self, kind: str, message: Any) -> None:
-        pair = self._pairing.add(kind, message.header.stamp.to_nsec(), message)
-        if pair is not None:
-            t = self._time_of(message)
-            self._publish(self._agent.on_percepts(t, pair["activity"], pair["head"]))
+    def _on_activity(self, message: HumanActivity) -> None:
+        self._on_pairs(self._pairing.add_activity(message.header.stamp.to_nsec(), message))
+
+    def _on_head(self, message: HeadState) -> None:
+        self._on_pairs(self._pairing.add_head(message.header.stamp.to_nsec(), message))
+
+    def _on_pairs(self, pairs: list[Pair]) -> None:
+        for pair in pairs:
+            t = self._time_of(pair.activity)
+            self._publish(self._agent.on_percepts(t, pair.activity, pair.head))
 
     def _time_of(self, message: Any) -> float:
         """The stamp (s), or the newest so far: real sensors do not deliver in order of time."""
@@ -54,6 +56,13 @@ class ObservationNode:
     def _publish(self, observations: list[Observation]) -> None:
         for observation in observations:
             self._observations.publish(observation)
+
+
+def _unseen_head(stamp: int) -> HeadState:
+    """Not seen is unknown, which is not looking away."""
+    head = HeadState(visible=False)
+    head.header.stamp = rospy.Time(nsecs=stamp)
+    return head
 
 
 def main() -> None:

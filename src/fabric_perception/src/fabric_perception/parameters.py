@@ -40,6 +40,14 @@ class ObservationParameters:
         1.0, "s", 0.1, 10.0, "gesture evidence older than this is not used"
     )
 
+    pairing_tolerance: float = _parameter(
+        0.0,
+        "s",
+        0.0,
+        0.5,
+        "hands and head seen so far apart are of one moment; 0: equal stamps",
+    )
+
     def __post_init__(self) -> None:
         for item in fields(self):
             _check(item.name, getattr(self, item.name), type(item.default), item.metadata["range"])
