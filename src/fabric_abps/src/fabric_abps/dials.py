@@ -83,6 +83,11 @@ DIALS = (
         ("grasp",), (*WORKING, *IN_TROUBLE, "does_not_need_help"), ("warning_received",),
     ),
     Dial(
+        "welcome", 0.25, 8.0, "reluctant", "obliging",
+        "waits to be needed", "takes help to be welcome any time",
+        ("grasp",), (*WORKING, *STAGE_1, "needs_to_be_reminded"), ("needs_help",),
+    ),
+    Dial(
         "paying", 0.4, 2.5, "modest", "confident",
         "takes over with little hope", "takes over with confidence",
         ("grasp",), IN_TROUBLE, ("global_success", "task_assigned_to_human"),

@@ -99,10 +99,8 @@ class Worker(LoneWorker):
         self._rng = rng if rng is not None else self._rng
         if self.away:
             self.person.rested()
-        new_rules = dict(rules or {})
-        if new_rules != self._rules:
-            self._memory = RuleMemory(new_rules, self.person.now, self._p.memory)
-        self._rules = new_rules
+        self._rules = dict(rules or {})
+        self._memory = RuleMemory(self._rules, self.person.now, self._p.memory)
         self._prepare(scenario)
         self._forget_robot()
         self.counters = Counters()
@@ -134,7 +132,7 @@ class Worker(LoneWorker):
         if not by_person:
             self._judge_help(success)
         if success:
-            self._memory.saw(self._colour)
+            self._memory.saw(self._colour, by_person)
         self._truth = None
         if self.state == "recovery" or self.action == "walk_away":
             return
@@ -191,7 +189,7 @@ class Worker(LoneWorker):
     def _refusal(self, t: float) -> float:
         origin = self._origin or origin_of(self.state, self.action, self.counters.failed)
         since = t if self._distracted_since is None else self._distracted_since
-        return self.person.refusal(origin, t - since)
+        return self.person.refusal(origin, t - since, self._scenario)
 
     def truth(self, t: float) -> Truth:
         """Return the hidden state and its name in the robot's models."""

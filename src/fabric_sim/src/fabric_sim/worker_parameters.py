@@ -123,6 +123,9 @@ class HistoryParameters:
 class ResponseParameters:
     """Answers to the robot; shifts are log-odds of refusing, the rest probabilities and seconds."""
 
+    person_counts: dict[str, float]
+    origin_counts: dict[str, float]
+    own_credit: dict[str, float]
     refusal_shift: dict[str, float]
     distraction_relief: float
     distraction_time: float
@@ -141,6 +144,7 @@ class MemoryParameters:
     inexperience: float
     distraction: float
     learns: float
+    taught: float
     forgets: float
     hesitation: float
 
@@ -239,6 +243,14 @@ def number(value: Any, where: str) -> float:
     return float(value)
 
 
+_BY_SCENARIO = (
+    ("history", "work"),
+    ("responses", "person_counts"),
+    ("responses", "origin_counts"),
+    ("responses", "own_credit"),
+)
+
+
 def _check_ranges(p: WorkerParameters, where: str) -> None:
     _within(p.model.discount, 0.0, 0.999999, f"{where}.model.discount")
     _positive(p.model.temperature, f"{where}.model.temperature")
@@ -255,8 +267,9 @@ def _check_ranges(p: WorkerParameters, where: str) -> None:
         known(state, STATES, f"{where}.responses.pointing")
         _within(chance, 0.0, 1.0, f"{where}.responses.pointing.{state}")
     for scenario in SCENARIOS:
-        if scenario not in p.history.work:
-            raise WorkerParameterError(f"{where}.history.work.{scenario}: missing")
+        for part, name in _BY_SCENARIO:
+            if scenario not in getattr(getattr(p, part), name):
+                raise WorkerParameterError(f"{where}.{part}.{name}.{scenario}: missing")
         for influence in getattr(p.timing, scenario).slowness:
             known(influence, INFLUENCES, f"{where}.timing.{scenario}.slowness")
     _within(p.truth.wants_help, 0.0, 1.0, f"{where}.truth.wants_help")

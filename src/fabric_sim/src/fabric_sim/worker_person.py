@@ -54,11 +54,12 @@ class Person:
         weights = timing.slowness.items()
         return 1.0 + sum(weight * self.now.influence(name) for name, weight in weights)
 
-    def refusal(self, origin: str, distracted_for: float) -> float:
+    def refusal(self, origin: str, distracted_for: float, scenario: str) -> float:
         """Return the probability of refusing help when interrupted at `origin`."""
         if self._refusal is None:
             self._refusal = self.model().refusal
-        return refusal_probability(self._refusal, origin, distracted_for, self._p.responses)
+        p = self._p.responses
+        return refusal_probability(self._refusal, origin, distracted_for, scenario, p)
 
     def annoyed(self, amount: float) -> None:
         """Add unwanted interference, in interferences."""

@@ -22,18 +22,20 @@ def origin_of(state: str, action: str, failed: int) -> str:
 
 
 def refusal_probability(
-    general: float, origin: str, distracted_for: float, p: ResponseParameters
+    general: float, origin: str, distracted_for: float, scenario: str, p: ResponseParameters
 ) -> float:
     """Return the probability that a person interrupted at `origin` refuses the robot's help.
 
-    general: the model's refusal, which carries the collaborativeness; the origin adds log-odds.
-    Somebody distracted accepts in proportion to the time of the distraction, `distracted_for` s.
+    general: the model's refusal, which carries the collaborativeness; the origin adds log-odds, as
+    much as it counts in the scenario, and so does the credit for what one does oneself. Somebody distracted accepts in proportion to the time of the distraction, `distracted_for` s.
     """
     shift = p.refusal_shift.get(origin, 0.0)
     if origin == "no_attention":
         shift -= p.distraction_relief * min(1.0, distracted_for / p.distraction_time)
     general = min(1.0 - 1e-6, max(1e-6, general))
-    return 1.0 / (1.0 + (1.0 - general) / general * math.exp(-shift))
+    odds = p.person_counts[scenario] * math.log(general / (1.0 - general))
+    odds += p.origin_counts[scenario] * shift + p.own_credit[scenario]
+    return 1.0 / (1.0 + math.exp(-odds))
 
 
 class RuleMemory:
@@ -44,16 +46,17 @@ class RuleMemory:
         known -= p.distraction * (1.0 - person.attention)
         self._known = {colour: max(0.0, known) for colour in colours}
         self._forgets = p.forgets * (1.0 - person.attention)
-        self._learns = p.learns
+        self._learns, self._taught = p.learns, p.taught
 
     def knows(self, colour: Any) -> float:
         """Return the probability of knowing the tray of a colour; 1 when there is no rule."""
         return self._known.get(colour, 1.0)
 
-    def saw(self, colour: Any) -> None:
-        """Take note that a cube of this colour was dealt with: this tray is learnt."""
+    def saw(self, colour: Any, by_person: bool) -> None:
+        """Take note of a right placement of this colour, one's own or the robot's: it is learnt."""
+        rate = self._learns if by_person else self._taught
         for other, value in self._known.items():
             if other == colour:
-                self._known[other] = value + self._learns * (1.0 - value)
+                self._known[other] = value + rate * (1.0 - value)
             else:
                 self._known[other] = value * (1.0 - self._forgets)

@@ -100,7 +100,7 @@ class Filter:
             if event in _PREDICTED:
                 a = self._next_cube(a, by_person=True)
             if event not in (NOTHING, PERSON_FAILED) and t.sorting:
-                knows = t.knows_after(knows)
+                knows = t.knows_after(knows, event == ROBOT_SUCCEEDED)
                 t.hesitate(D, knows)
         self.belief = a
         return Evidence(logs.sum(axis=1), logs)

@@ -286,7 +286,7 @@ class Tables:
         looked = max(0.0, stage - 0.5) * self.layout.timing.look_around.mean * self.slowness
         return np.array(
             [
-                refusal_probability(model.refusal, origin, float(time), p)
+                refusal_probability(model.refusal, origin, float(time), self.scenario, p)
                 for model, time in zip(self.models, looked, strict=True)
             ]
         )
@@ -366,9 +366,9 @@ class Tables:
         known = p.known - p.inexperience * self._influence("inexperience")
         return np.maximum(0.0, known - p.distraction * self._influence("distraction"))
 
-    def knows_after(self, knows: np.ndarray, colours: int = 3) -> np.ndarray:
+    def knows_after(self, knows: np.ndarray, by_robot: bool, colours: int = 3) -> np.ndarray:
         """(B,): the same after a right placement: one colour is learnt, the others fade."""
         p = self.parameters.memory
         kept = 1.0 - p.forgets * self._influence("distraction")
-        learnt = knows + p.learns * (1.0 - knows)
+        learnt = knows + (p.taught if by_robot else p.learns) * (1.0 - knows)
         return (learnt + (colours - 1) * knows * kept) / colours
