@@ -3,8 +3,8 @@
 
     python3 -m fabric_sim.batch_library inspection FOLDER --seed 101
 
-Candidates are drawn around the base model, checked, solved and run with random people; a second
-generation is drawn between the best of the first. The weak are dropped, the rest run again and
+Candidates are drawn around the base model, checked, solved and run with random people; further
+generations are drawn between the best of those before. The weak are dropped, the rest run again and
 clustered by what they earn from whom; those are kept that differ.
 The same seed gives the same files, whatever map spreads the work. What is finished is kept beside
 the folder until the library is complete, so a build that was stopped goes on where it was.
@@ -40,15 +40,16 @@ MapJobs = Callable[[Callable[[Any], Any], Iterable[Any]], Iterable[Any]]
 Progress = Callable[[int, int], None]
 HELP = {
     "candidates": "drawn around the base model",
-    "children": "drawn between the best of them",
+    "generations": "of candidates, the first included",
+    "children": "a generation: drawn between the best of those before",
     "people": "random points of the character cube",
-    "first": "tasks of each person with each candidate; 0: 6, sorting 2",
-    "second": "the same on the short list; 0: 30, sorting 5",
+    "first": "tasks of each person with each candidate; 0: 6, sorting 3",
+    "second": "the same on the short list; 0: 30, sorting 6",
     "size": "policies of the library",
 }
 ALWAYS = (BASE, "reactive")  # the baselines, in every library
-TASKS = {"inspection": (6, 30), "sorting": (2, 5)}  # of a person with a candidate, first and second
-LEAST = {"candidates": 1, "children": 0, "people": 1, "first": 0, "second": 0, "size": len(ALWAYS)}
+TASKS = {"inspection": (6, 30), "sorting": (3, 6)}  # of a person with a candidate, first and second
+LEAST = {"candidates": 1, "generations": 1, "children": 0, "people": 1, "first": 0, "second": 0, "size": len(ALWAYS)}
 
 
 @dataclass(frozen=True)
@@ -57,8 +58,9 @@ class Plan:
 
     scenario: str
     seed: int
-    candidates: int = 60  # drawn around the base model, beside the written ones
-    children: int = 60  # drawn between those of them that are on a short list
+    candidates: int = 80  # drawn around the base model, beside the written ones
+    generations: int = 3  # of candidates, the first included
+    children: int = 60  # a generation: drawn between those of the ones before on a short list
     people: int = 32  # random points of the character cube
     first: int = 0  # tasks of each person with each candidate; 0 as TASKS says
     second: int = 0  # tasks of each person with each candidate on the short list; 0 likewise
@@ -84,7 +86,7 @@ class Plan:
     @property
     def all(self) -> int:
         """How many candidates there are, children and written ones included."""
-        return len(self.names) + self.children
+        return len(self.names) + (self.generations - 1) * self.children
 
     @property
     def short(self) -> int:
@@ -113,7 +115,8 @@ def build(
     people = np.array(People(plan.seed, plan.people).dials)
     look = partial(first_look, plan)
     first = bench.run("first", [{"name": name, "parents": []} for name in plan.names], look)
-    first |= bench.run("first", _children(plan, first, people), look)
+    for generation in range(1, plan.generations):
+        first |= bench.run("first", _children(plan, first, people, generation), look)
     short = _pick(shortlist, first, people, plan.short)
     second = bench.run("second", short, partial(second_look, plan))
     kept = _pick(choose, second, people, plan.size)
@@ -124,12 +127,14 @@ def build(
     return Library.load(folder, plan.scenario)
 
 
-def _children(plan: Plan, first: dict[str, dict], people: np.ndarray) -> list[dict]:
-    """Name and parents of the second generation: any two drawn ones of the short list."""
+def _children(
+    plan: Plan, first: dict[str, dict], people: np.ndarray, generation: int
+) -> list[dict]:
+    """Name and parents of the next generation: any two drawn ones of the short list so far."""
     able = _pick(shortlist, first, people, min(plan.short, len(first)))
     drawn = [found["setting"] for found in able if found["setting"] is not None]
     children = []
-    for number in range(plan.children):
+    for number in range((generation - 1) * plan.children, generation * plan.children):
         rng = named_generator(plan.seed, plan.scenario, "parents", number)
         pair = rng.choice(len(drawn), size=min(2, len(drawn)), replace=False)
         children.append({"name": f"child_{number:03d}", "parents": [drawn[i] for i in pair]})
@@ -211,15 +216,16 @@ def _write(scenario: str, folder: Path, candidates: Sequence[Candidate]) -> None
     """The files of the chosen and their index; what a killed build has left there goes."""
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir()
-    entries = []
-    for name, candidate in zip(names_of(candidates, FIXED), candidates, strict=True):
+    entries, names = [], names_of(candidates, FIXED)
+    for name, candidate in zip(names, candidates, strict=True):
         files = {"model": f"{name}.pomdpx", "solved": f"{name}.policy", "card": f"{name}.md"}
         (folder / files["model"]).write_text(candidate.model, encoding="utf-8")
         (folder / f"{name}.obs.yaml").write_text(candidate.map, encoding="utf-8")
         (folder / files["solved"]).write_text(candidate.policy, encoding="utf-8")
         (folder / files["card"]).write_text(card(scenario, name, candidate), encoding="utf-8")
         entries.append({"name": name, "about": sentence(candidate), **files})
-    write_index(folder / INDEX, scenario, BASE, entries)
+    earned = [float(np.mean(candidate.reward)) for candidate in candidates]
+    write_index(folder / INDEX, scenario, names[int(np.argmax(earned))], entries)
 
 
 def main(words: Sequence[str] | None = None) -> int:
