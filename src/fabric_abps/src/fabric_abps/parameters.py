@@ -12,11 +12,11 @@ KINDS = {str: "text", float: "a number", int: "a whole number", bool: "true or f
 class SelectorParameters:
     """How the selector learns and chooses; unless told, as in config/selector.yaml."""
 
-    criterion: str = "expected_improvement"  # a name in CRITERIA, or fixed
+    criterion: str = "greedy"  # a name in CRITERIA, or fixed
     fixed_policy: str = ""  # only with criterion fixed
     forgetting: float = 0.02  # probability that the person changes before a task, [0, 1)
     floor: float = 1e-4  # least belief in a type, (0, 1/n_types)
-    effective_observations: float = 3.0  # a task weighs like at most so many, > 0
+    effective_observations: float = 12.0  # a task weighs like at most so many, > 0
     change_rate: float = 0.05  # false alarms a task of the change detection, [0, 1); 0 is without
     change_window: int = 10  # tasks ago that a change is looked for, >= 1
     alarm_rate: float = 0.01  # of the flag "unlike anyone known" for a known person, (0, 1)

@@ -44,7 +44,8 @@ from fabric_sim.batch_train_work import Work, chunks_of, spread
 __all__ = ["Measured", "known_types", "main", "measure", "spread", "train_models"]
 
 Progress = Callable[[int, int], None]
-TYPES = 16  # known types, the corners
+TYPES = 32  # known types: the corners, and as many inside the cube
+MEASURED_TYPES = 16  # of the training that `measure` times
 TASKS = 90  # a policy and type
 SEED = 1
 SHARE = 24  # of so many chunks `measure` runs one
@@ -62,7 +63,7 @@ def train_models(
 ) -> TrainedModels:
     """Train the choice among the policies of a library.
 
-    types: names of characters, the corners if None. map_chunks spreads the work (`spread`,
+    types: names of characters, known_types(TYPES) if None. map_chunks spreads the work (`spread`,
     `cluster`). work: folder that keeps what is finished, for a training that may be killed. cache:
     file that the models are taken from if they were trained in this way, and are kept in.
     """
@@ -126,7 +127,7 @@ class Measured:
 
 def measure(library: Library, processes: int = 2, share: int = SHARE, seed: int = 101) -> Measured:
     """Run every share-th chunk of a full training (16 types, 90 tasks); 1 runs all of it."""
-    jobs = jobs_of(library, known_types(TYPES), TASKS, seed)
+    jobs = jobs_of(library, known_types(MEASURED_TYPES), TASKS, seed)
     recipe = Recipe.of(library)
     trainer_of(recipe)
     chunks = chunks_of(jobs, library.scenario)[:: max(1, share)]

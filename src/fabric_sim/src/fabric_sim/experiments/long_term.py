@@ -39,9 +39,9 @@ from fabric_study.results import TableWriter
 from fabric_study.run_record import RunRecord
 
 FILES = ("shifts.csv", "tasks.csv", "tests.json", "report.html")
-SCENARIOS = ("inspection", "sorting")
+SCENARIOS = ("sorting", "inspection")
 CHOOSERS = {  # criterion: title
-    "greedy": "greedy",
+    "expected_improvement": "expected improvement (Eq. 5.4)",
     "probability_of_improvement": "probability of improvement",
     "thompson": "Thompson sampling",
     "exp4": "bandit (exp4)",
@@ -106,7 +106,7 @@ SIZES = {  # option: default, with --quick, what it counts
     "people": (10, 3, "people in an order"),
     "tasks": (30, 10, "tasks of a person before another takes over"),
     "workers": (24, 4, "people that ABPS converges to"),
-    "repeats": (40, 4, "times that it meets each of them anew"),
+    "repeats": (20, 4, "times that it meets each of them anew"),
 }
 
 

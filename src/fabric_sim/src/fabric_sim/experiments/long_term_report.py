@@ -42,14 +42,14 @@ one policy (<em>adaptation</em>)?</p>
 <h2>The people</h2>
 <p>Everybody in this study is unknown to the robot: four numbers between 0 and 1 (expertise,
 stamina, attention, collaborativeness) drawn at random. What ABPS knows about people comes from
-training runs with {types} extreme types that are not among them. A person is fresh at the begin of
+training runs with {types} known types that are not among them. A person is fresh at the begin of
 a shift and goes on from task to task: works, tires, learns, and gets annoyed by help that was not
 wanted. All strategies meet the same people with the same chance: the same packages, the same errors
 of recognition.</p>
 <h2>What is compared</h2>
 <ul>
-<li><b>ABPS</b> as shipped, and the same with other ways to choose: greedy, probability of
-improvement, Thompson sampling, a bandit that learns from rewards alone (exp4), by lot.</li>
+<li><b>ABPS</b> as shipped, and the same with other ways to choose: expected improvement as
+published, probability of improvement, Thompson sampling, a bandit that learns from rewards alone (exp4), by lot.</li>
 <li><b>Every constant policy</b> of the library. The <em>best constant</em> is the one that earned
 most in these very tasks: a choice that can only be made afterwards.</li>
 <li>The <b>oracle</b> plays, for each person, the policy that is best for that person. It was found

@@ -89,16 +89,12 @@ class Study:
 def main_table(study: Study) -> list[list[str]]:
     """Return Table 5.1, header first."""
     found, best = study.adaptation, study.adaptation.best_constant()
-    published = study.scenario == "inspection"
-    header = ["measure"]
-    if published:
-        header += ["published ABPS", "published best", "recorded ABPS", "recorded best"]
+    task = "" if study.scenario == "inspection" else ", inspection"
+    header = ["measure", f"published ABPS{task}", "published best", "recorded ABPS", "recorded best"]
     table = [[*header, "ABPS", f"best constant ({best})", "oracle", "ABPS minus best", "d_z", "p"]]
     for measure, c in against(found, best, list(MEASURES)).items():
         digits = DIGITS[measure]
-        row = [TITLES[measure]]
-        if published:
-            row += [f"{v:g}" for v in (*PUBLISHED[measure], *RECORDED[measure])]
+        row = [TITLES[measure], *(f"{v:g}" for v in (*PUBLISHED[measure], *RECORDED[measure]))]
         row += [_mean(found, name, measure) for name in (ABPS, best, ORACLE)]
         row += [signed_text(c.difference, digits), range_text(c.effect), p_text(c.p_holm)]
         table.append(row)
