@@ -105,10 +105,12 @@ def test_the_same_worker_goes_on_with_its_history_through_the_moods(hire):
 
 def test_a_stubborn_person_refuses_what_the_same_person_accepts_on_a_normal_day(hire):
     staff = hire(101)
-    normal = staff.worker(1).person.refusal("failed_to_grasp", 0.0)
+    normal = staff.worker(1).person.refusal("failed_to_grasp", 0.0, "inspection")
     stubborn = staff.worker(first_task_of(staff, "stubborn")).person
-    assert stubborn.refusal("failed_to_grasp", 0.0) > normal
-    assert staff.worker(1).person.refusal("failed_to_grasp", 0.0) == pytest.approx(normal)
+    assert stubborn.refusal("failed_to_grasp", 0.0, "inspection") > normal
+    assert staff.worker(1).person.refusal("failed_to_grasp", 0.0, "inspection") == pytest.approx(
+        normal
+    )
 
 
 def test_a_drifting_worker_works(hire):

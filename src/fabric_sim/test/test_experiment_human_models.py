@@ -15,6 +15,7 @@ from fabric_sim.experiments.human_models_report import Results, json_rows, text_
 from fabric_sim.experiments.likelihood_matrix import TYPES, Explained, Matrix, short_name
 from fabric_sim.experiments.people_fit import PeopleResult, PersonResult, fit_person
 from fabric_sim.experiments.recovery import Recovery
+from fabric_sim.experiments.sorting_people import MEASURES, ROBOTS, SortingPeople
 from fabric_sim.experiments.trials import by_person, read_folder
 from fabric_sim.experiments.watching import Watching
 from fabric_sim.sensing import DirectParameters, load_sensing
@@ -51,7 +52,8 @@ def results():
     person = PersonResult("<p1>", fit_at(0.5, 1.0, 0.2, 0.0), explained, predictions, watching)
     true = np.array([[0.5, 0.5, 0.5, 0.5], [0.1, 0.9, 0.2, 0.8], [0.9, 0.2, 0.7, 0.3]])
     recovery = Recovery(true, tuple(fit_at(*(row + 0.05)) for row in true))
-    return Results(types, matrix(2), PeopleResult("folder", (person,)), recovery)
+    sorting = SortingPeople(np.full((3, len(ROBOTS), len(MEASURES)), 0.25), 101)
+    return Results(types, matrix(2), PeopleResult("folder", (person,)), recovery, sorting)
 
 
 def test_a_folder_that_cannot_be_used_is_refused_by_name(tmp_path, capsys):
@@ -84,7 +86,14 @@ def test_short_names_tell_all_types_apart():
 
 def test_the_text_holds_every_part(results):
     text = text_of(results)
-    for part in ("the recorded types", "Fig. 6.29a", "Fig. 6.29b", "0.50 (0.40-0.60)", "NOT met"):
+    for part in (
+        "the recorded types",
+        "Fig. 6.18",
+        "Fig. 6.29a",
+        "Fig. 6.29b",
+        "0.50 (0.40-0.60)",
+        "NOT met",
+    ):
         assert (part in text) == (part != "NOT met"), part
 
 
@@ -98,7 +107,9 @@ def test_the_page_and_the_json_stand_by_themselves(results, tmp_path):
     rows = json.loads(paths[0].read_text(encoding="utf-8"))
     assert rows == json.loads(json.dumps(json_rows(results)))
     parts = {row["part"] for row in rows}
-    assert parts == {"recorded types", "type explained", "person", "comparison", "recovery", "goal"}
+    assert parts == {
+        "recorded types", "sorting", "type explained", "person", "comparison", "recovery", "goal"
+    }  # fmt: skip
 
 
 def test_a_person_is_fitted_and_predicted_from_a_folder(monkeypatch):

@@ -251,6 +251,15 @@ ROW = ("model", "transitions", "evaluating", "grasp")
         (("truth", "stage_one"), 1.5, ["truth.stage_one", "1.5"]),
         (("memory", "known"), 2.0, ["memory.known", "2"]),
         (("responses", "pointing"), {"flying": 0.5}, ["pointing", "'flying'"]),
+        (("memory", "taught"), -0.1, ["memory.taught", "-0.1"]),
+        (("memory", "taught"), None, ["memory.taught", "missing"]),
+        (("history", "work", "sorting"), None, ["history.work.sorting", "missing"]),
+        (("responses", "person_counts", "sorting"), None, ["person_counts.sorting", "missing"]),
+        (("responses", "origin_counts", "inspection"), None, ["origin_counts.insp", "missing"]),
+        (("responses", "own_credit", "sorting"), None, ["own_credit.sorting", "missing"]),
+        (("responses", "own_credit", "packing"), 1.0, ["own_credit", "'packing'"]),
+        (("responses", "person_counts", "sorting"), -1.0, ["person_counts.sorting", "-1"]),
+        (("responses", "origin_counts", "sorting"), float("nan"), ["origin_counts", "nan"]),
     ],
 )
 def test_a_bad_parameter_is_refused_by_name(path, value, named):

@@ -121,7 +121,12 @@ class HistoryParameters:
 
 @dataclass(frozen=True)
 class ResponseParameters:
-    """Answers to the robot; shifts are log-odds of refusing, the rest probabilities and seconds."""
+    """Answers to the robot; probabilities and seconds where nothing else is said.
+
+    person_counts, origin_counts: factors by scenario, of the log-odds of refusing that the person
+    and the place of the interruption bring. own_credit, refusal_shift: log-odds of refusing, by
+    scenario and by place.
+    """
 
     person_counts: dict[str, float]
     origin_counts: dict[str, float]
@@ -138,7 +143,11 @@ class ResponseParameters:
 
 @dataclass(frozen=True)
 class MemoryParameters:
-    """Memory of the sorting rules; shares and probabilities in [0, 1]."""
+    """Memory of the sorting rules of a task; shares and probabilities in [0, 1].
+
+    learns, taught: share of what is unknown that a right placement of one's own, or of the robot's,
+    makes known.
+    """
 
     known: float
     inexperience: float
@@ -243,14 +252,6 @@ def number(value: Any, where: str) -> float:
     return float(value)
 
 
-_BY_SCENARIO = (
-    ("history", "work"),
-    ("responses", "person_counts"),
-    ("responses", "origin_counts"),
-    ("responses", "own_credit"),
-)
-
-
 def _check_ranges(p: WorkerParameters, where: str) -> None:
     _within(p.model.discount, 0.0, 0.999999, f"{where}.model.discount")
     _positive(p.model.temperature, f"{where}.model.temperature")
@@ -267,12 +268,29 @@ def _check_ranges(p: WorkerParameters, where: str) -> None:
         known(state, STATES, f"{where}.responses.pointing")
         _within(chance, 0.0, 1.0, f"{where}.responses.pointing.{state}")
     for scenario in SCENARIOS:
-        for part, name in _BY_SCENARIO:
-            if scenario not in getattr(getattr(p, part), name):
-                raise WorkerParameterError(f"{where}.{part}.{name}.{scenario}: missing")
         for influence in getattr(p.timing, scenario).slowness:
             known(influence, INFLUENCES, f"{where}.timing.{scenario}.slowness")
     _within(p.truth.wants_help, 0.0, 1.0, f"{where}.truth.wants_help")
+    _check_scenarios(p, where)
+
+
+def _check_scenarios(p: WorkerParameters, where: str) -> None:
+    """What differs by scenario is there for each of them; only a credit may be negative."""
+    _every_scenario(p.history.work, f"{where}.history.work")
+    for name in ("person_counts", "origin_counts"):
+        counts, here = getattr(p.responses, name), f"{where}.responses.{name}"
+        _every_scenario(counts, here)
+        for scenario, value in counts.items():
+            _within(value, 0.0, math.inf, f"{here}.{scenario}")
+    _every_scenario(p.responses.own_credit, f"{where}.responses.own_credit")
+
+
+def _every_scenario(values: dict[str, float], where: str) -> None:
+    for scenario in values:
+        known(scenario, SCENARIOS, where)
+    for scenario in SCENARIOS:
+        if scenario not in values:
+            raise WorkerParameterError(f"{where}.{scenario}: missing")
 
 
 def known(name: str, allowed: tuple, where: str) -> str:

@@ -10,6 +10,8 @@ from typing import Any
 from .character import Character
 from .worker_parameters import MemoryParameters, ResponseParameters
 
+SUREST = 30.0  # log-odds; more would round to a certainty
+
 
 def origin_of(state: str, action: str, failed: int) -> str:
     """Name what the robot interrupts: a state, `grasping`, `trying_again` after failures, or
@@ -26,8 +28,10 @@ def refusal_probability(
 ) -> float:
     """Return the probability that a person interrupted at `origin` refuses the robot's help.
 
-    general: the model's refusal, which carries the collaborativeness; the origin adds log-odds, as
-    much as it counts in the scenario, and so does the credit for what one does oneself. Somebody distracted accepts in proportion to the time of the distraction, `distracted_for` s.
+    general: the model's refusal, which carries the collaborativeness. Its log-odds count as much as
+    the person does in the scenario; added to them are those of the origin, as much as it counts,
+    and those of the credit for what one does oneself. Somebody distracted accepts in proportion to
+    the time of the distraction, `distracted_for` s.
     """
     shift = p.refusal_shift.get(origin, 0.0)
     if origin == "no_attention":
@@ -35,11 +39,12 @@ def refusal_probability(
     general = min(1.0 - 1e-6, max(1e-6, general))
     odds = p.person_counts[scenario] * math.log(general / (1.0 - general))
     odds += p.origin_counts[scenario] * shift + p.own_credit[scenario]
+    odds = min(SUREST, max(-SUREST, odds))
     return 1.0 / (1.0 + math.exp(-odds))
 
 
 class RuleMemory:
-    """For every colour the probability to know its tray; who does not know guesses."""
+    """For every colour of one task the probability to know its tray; who does not know guesses."""
 
     def __init__(self, colours: Iterable[Any], person: Character, p: MemoryParameters) -> None:
         known = p.known - p.inexperience * (1.0 - person.expertise)
@@ -53,7 +58,7 @@ class RuleMemory:
         return self._known.get(colour, 1.0)
 
     def saw(self, colour: Any, by_person: bool) -> None:
-        """Take note of a right placement of this colour, one's own or the robot's: it is learnt."""
+        """Take note of a right placement of this colour, one's own or the robot's."""
         rate = self._learns if by_person else self._taught
         for other, value in self._known.items():
             if other == colour:

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -28,14 +27,6 @@ from fabric_sim.worker_parameters import WorkerParameters
 BLOCK = 16  # characters that are filtered together
 
 
-@dataclass(frozen=True)
-class Past:
-    """What a person brings to a trial: n_r and k_t, and right placements that were seen."""
-
-    history: History = field(default_factory=History)
-    learnt: int = 0
-
-
 class Explainer:
     """log P(trial | character) for trials in their order, each after the ones before it."""
 
@@ -47,22 +38,22 @@ class Explainer:
 
     def fresh(self, characters: Sequence[Character], trials: Sequence[Trial]) -> np.ndarray:
         """(n_trials, B): nobody has a history."""
-        return self.after([Past()] * len(trials), characters, trials)
+        return self.after([History()] * len(trials), characters, trials)
 
     def person(self, characters: Sequence[Character], trials: Sequence[Trial]) -> np.ndarray:
-        """(n_trials, B): one person, who got tired and learnt by the trials before."""
+        """(n_trials, B): one person, whom the trials before have tired, annoyed and practised."""
         return self.after(self.pasts(trials), characters, trials)
 
     def after(
-        self, pasts: Sequence[Past], characters: Sequence[Character], trials: Sequence[Trial]
+        self, pasts: Sequence[History], characters: Sequence[Character], trials: Sequence[Trial]
     ) -> np.ndarray:
         """(n_trials, B): each trial by somebody with the past that goes with it."""
         found = np.empty((len(trials), len(characters)))
         for start in range(0, len(characters), BLOCK):
             block = characters[start : start + BLOCK]
             for row, (trial, past) in enumerate(zip(trials, pasts, strict=True)):
-                scores = self._filter(block, past.history, trial.scenario)
-                found[row, start : start + len(block)] = scores.run(trial, past.learnt).total
+                scores = self._filter(block, past, trial.scenario)
+                found[row, start : start + len(block)] = scores.run(trial).total
         return found
 
     def _filter(self, block: Sequence[Character], history: History, scenario: str) -> Filter:
@@ -74,18 +65,17 @@ class Explainer:
             self._filters = {**dict(list(self._filters.items())[-3:]), key: Filter(tables)}
         return self._filters[key]
 
-    def pasts(self, trials: Sequence[Trial]) -> list[Past]:
-        """Return n_r, k_t in the middle of each trial and what was learnt before, as was seen."""
+    def pasts(self, trials: Sequence[Trial]) -> list[History]:
+        """Return n_r, k_t and practice in the middle of each trial, as far as was seen."""
         w = self.watching
-        found, history, learnt = [], History(), 0.0
+        found, history = [], History()
         for trial in trials:
             during = self._course(trial)
-            found.append(Past(_plus(history, during, 0.5), round(w.remembered * learnt)))
+            found.append(_plus(history, during, 0.5))
             whole = _plus(history, during, 1.0)
             history = History(
                 w.carried * whole.unwanted, w.carried * whole.work, w.remembered * whole.practised
             )
-            learnt += float(np.isin(trial.events, (PERSON_SUCCEEDED, ROBOT_SUCCEEDED)).sum())
         return found
 
     def _course(self, trial: Trial) -> History:

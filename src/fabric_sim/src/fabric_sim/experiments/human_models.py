@@ -3,9 +3,10 @@
 
     python3 -m fabric_sim.experiments.command human-models [FOLDER] [--json] [--quick] [--out DIR]
 
-Compares simulated with recorded types, asks which character explains what was seen of simulated and
-of recorded people (thesis section 6.4.2, Fig. 6.29), and estimates the four dials of each person in
-FOLDER. Writes report.html and results.json into a folder and prints the tables.
+Compares simulated with recorded types, and simulated people who sort with a user study (thesis
+section 6.3.2); asks which character explains what was seen of simulated and of recorded people
+(section 6.4.2, Fig. 6.29); estimates the four dials of each person in FOLDER. Writes report.html
+and results.json into a folder and prints the tables.
 """
 
 from __future__ import annotations
@@ -23,6 +24,7 @@ from fabric_sim.experiments import (
     people_fit,
     recorded_types,
     recovery,
+    sorting_people,
 )
 from fabric_sim.experiments.human_models_report import Results, html_of, json_rows, text_of
 from fabric_sim.experiments.shell import new_folder, positive, tell
@@ -31,6 +33,7 @@ from fabric_sim.experiments.watching import Watching
 
 TASKS, QUICK_TASKS = 24, 2  # of each type beside each robot
 PEOPLE, QUICK_PEOPLE = 12, 4  # with known dials
+SORTING, QUICK_SORTING = 120, 8  # people who sort alone and beside two robots
 
 
 def recorded_folder() -> Path:
@@ -61,6 +64,7 @@ def run(
         matrix=likelihood_matrix.run(watching, tasks, seed, jobs),
         recovery=recovery.run(watching, known, seed, jobs),
         types=recorded_types.run(quick, jobs),
+        sorting=sorting_people.run(QUICK_SORTING if quick else SORTING, seed, jobs),
     )
 
 

@@ -21,6 +21,7 @@ from fabric_sim.experiments.human_models_figures import (
 from fabric_sim.experiments.likelihood_matrix import NEEDED, TYPES, Matrix, short_name
 from fabric_sim.experiments.people_fit import GATED, PREDICTORS, PeopleResult
 from fabric_sim.experiments.recovery import Recovery
+from fabric_sim.experiments.sorting_people import SortingPeople
 from fabric_study.report import PAGE, html_table
 
 SHORT = tuple(short_name(name) for name in TYPES)
@@ -38,6 +39,7 @@ class Results:
     matrix: Matrix
     people: PeopleResult
     recovery: Recovery
+    sorting: SortingPeople
 
     def gates(self) -> list[tuple[str, bool, str]]:
         """What was to be shown, whether it was, and the figure."""
@@ -160,9 +162,18 @@ def columns_text(lines: Lines) -> str:
 
 def sections(results: Results) -> list[tuple[str, str, Lines]]:
     """Return title, explanation and table of each part after the recorded types."""
-    m, people = results.matrix, results.people
+    m, people, sorting = results.matrix, results.people, results.sorting
     share = f"{m.tasks} inspection tasks a type, seed {m.seed}"
     return [
+        (
+            "Beside recorded people when sorting",
+            f"{len(sorting.people)} random people, each as in Experiment-1 of the thesis (Fig. "
+            f"6.18, 6.20): one task alone, three beside the reactive and three beside the "
+            f"proactive robot, seed {sorting.seed}; means over people with 95 % intervals. "
+            "Published are means of 14 people; what the robots placed is worked out of them. No "
+            "goal: people of the cube are not those of the study.",
+            sorting.table(),
+        ),
         (
             "What one type did, explained by another",
             f"Likelihood per observation (geometric mean); row: who did it, column: who explains "
@@ -223,6 +234,7 @@ def text_of(results: Results) -> str:
 def json_rows(results: Results) -> list[dict[str, Any]]:
     """Return one JSON object a figure, the recorded types first."""
     rows = [{"part": "recorded types", **row} for row in results.types.json_rows()]
+    rows += [{"part": "sorting", **row} for row in results.sorting.json_rows()]
     m = results.matrix
     for i, name in enumerate(TYPES):
         rows.append(

@@ -71,13 +71,14 @@ class Filter:
         w = self._t.watching
         return np.array([w.reported if name in _PLACED else w.stray_event for name in names])
 
-    def run(self, trial: Trial, learnt: int = 0) -> Evidence:
+    def run(self, trial: Trial) -> Evidence:
         """Return the log-likelihood of what was seen in a trial, for each character.
 
-        learnt: right placements by the same rules that the person has seen before.
+        The sorting rules are new to everybody, as in every task.
         """
         t = self._t
-        knows, D = self._at_first(learnt)
+        knows = t.knows_at_first()
+        D = self._durations.copy() if t.sorting else self._durations
         enter = t.waiting[None, :] if trial.waits and t.sorting else t.start
         a = self._entered(np.broadcast_to(enter, (t.size, len(self._begin))), D)
         robot, ages = _noticeable(trial.robot, t.watching.delay)
@@ -104,18 +105,6 @@ class Filter:
                 t.hesitate(D, knows)
         self.belief = a
         return Evidence(logs.sum(axis=1), logs)
-
-    def _at_first(self, learnt: int) -> tuple[np.ndarray, np.ndarray]:
-        """(B,) knowledge of the rules and (B, K) durations when a trial begins."""
-        t = self._t
-        knows = t.knows_at_first()
-        if not t.sorting:
-            return knows, self._durations
-        for _ in range(learnt):
-            knows = t.knows_after(knows)
-        D = self._durations.copy()
-        t.hesitate(D, knows)
-        return knows, D
 
     def states(self) -> np.ndarray:
         """(B, S): the belief over the MDP's states after the last tick of the last run."""

@@ -26,8 +26,8 @@ class Watching:
     the next cube has come, which recordings do not hold. report: mean time until a tray has
     reported a cube. hidden: somebody who carries a cube seems idle, the hand being far from the
     belt. held: a tick in which the recording repeats itself because nobody looked again. carried,
-    remembered: share of the tiredness and of the knowledge of rules that outlasts the time between
-    two trials.
+    remembered: share of the tiredness and of the practice that outlasts the time between two
+    trials.
     """
 
     sensing: DirectParameters
