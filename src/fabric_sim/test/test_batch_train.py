@@ -178,10 +178,9 @@ def test_a_training_that_was_killed_gives_the_same_file(tmp_path, monkeypatch) -
     )
     monkeypatch.setattr(batch_train, "spread", lambda processes: map)
     assert batch_train.main(words(killed, tasks=18)) == 0
-    chunks = chunks_of(
-        batch_train.jobs_of(Library.load(killed / "inspection", "inspection"), CORNERS, 18, 101),
-        "inspection",
-    )
+    types = batch_train.known_types(batch_train.TYPES)
+    library = Library.load(killed / "inspection", "inspection")
+    chunks = chunks_of(batch_train.jobs_of(library, types, 18, 101), "inspection")
     assert len(ran) == len(chunks) - len(kept)
     same = [(root / "inspection/models.npz").read_bytes() for root in (straight, killed)]
     assert same[0] == same[1]
