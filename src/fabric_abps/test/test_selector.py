@@ -86,6 +86,8 @@ def test_a_new_person_starts_with_the_base_policy_and_so_after_a_reset(selector)
 
 
 def test_the_choice_holds_score_and_expected_reward_of_every_candidate(selector, models) -> None:
+    published = SelectorParameters(criterion="expected_improvement")
+    selector = Selector(selector.library, models, published)
     live_with(selector, "hasty", 3)
     choice = selector.select(4, 0)
     beta = selector.belief.probability

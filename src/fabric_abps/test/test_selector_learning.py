@@ -55,7 +55,7 @@ def test_a_switch_is_weighed_by_what_the_belief_will_be_after_the_task(library, 
 
 
 def test_after_a_change_only_the_tasks_since_then_count(library, models) -> None:
-    parameters = SelectorParameters(change_rate=0.02)
+    parameters = SelectorParameters(change_rate=0.02, effective_observations=3.0)
     selector, detector = Selector(library, models, parameters), ChangeDetector(len(TYPES), 0.02)
     changed, task_id, seen = False, 0, []
     while not changed:

@@ -26,10 +26,20 @@ def drawn(library: Library) -> list[str]:
     return [name for name in library.names if name not in WRITTEN]
 
 
-def test_there_are_twenty_with_the_base_first_and_the_reactive_one_among_them(library) -> None:
+def test_there_are_twenty_with_the_written_ones_first(library) -> None:
     assert len(library.names) == 20
-    assert library.names[0] == library.base == "proactive"
-    assert "reactive" in library.names
+    assert library.names[:2] == ["proactive", "reactive"]
+
+
+def test_a_new_person_starts_with_the_policy_whose_card_tells_of_most_reward(library) -> None:
+    earned = {policy.name: _reward(policy.card.read_text("utf-8")) for policy in library.policies}
+    assert earned[library.base] == max(earned.values())
+
+
+def _reward(card: str) -> float:
+    found = re.search(r"\| reward, points \| (-?[\d.]+) \|", card)
+    assert found is not None, card
+    return float(found[1])
 
 
 def test_written_policies_are_the_robots_of_the_planner(library) -> None:

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Building a policy library: one seed gives one library, and a build that was stopped goes on."""
 
+import re
 from functools import partial
 from pathlib import Path
 
@@ -10,11 +11,14 @@ from training_helpers import write_library
 import fabric_planner as fp
 from fabric_abps import candidates
 from fabric_sim import batch_library
-from fabric_sim.batch_candidates import BASE, People, draw
+from fabric_sim.batch_candidates import People, draw
 from fabric_sim.batch_files import Files
 from fabric_sim.batch_library import Plan, build, first_look
 
-PLAN = Plan("inspection", seed=101, candidates=3, children=2, people=3, first=1, second=1, size=4)
+PLAN = Plan(
+    "inspection", 101, candidates=3, generations=3, children=1, people=3, first=1, second=1, size=4
+)
+REWARD = r"\| reward, points \| (-?[\d.]+) \|"  # of a card
 
 
 class Killed(Exception):
@@ -50,7 +54,8 @@ def test_the_library_has_its_size_the_baselines_first_and_a_folder_that_loads(bu
     library, folder, _ = built
     assert library.names[:2] == ["proactive", "reactive"]
     assert len(set(library.names)) == PLAN.size
-    assert library.base == BASE
+    earned = {p.name: float(re.search(REWARD, p.card.read_text())[1]) for p in library.policies}
+    assert earned[library.base] == max(earned.values())
     for policy in library.policies:
         assert policy.vectors() is not None
         assert policy.card.read_text().startswith("<!-- SPDX")
@@ -60,7 +65,7 @@ def test_the_library_has_its_size_the_baselines_first_and_a_folder_that_loads(bu
 
 
 def test_progress_is_told_after_each_look_at_a_candidate(built) -> None:
-    assert PLAN.steps == 3 + 3 + 2 + 8
+    assert PLAN.steps == 3 + 3 + 1 + 1 + 8
     assert built[2] == [(done, PLAN.steps) for done in range(1, PLAN.steps + 1)]
 
 
@@ -125,7 +130,7 @@ def test_an_older_library_is_replaced_at_the_end_and_kept(built, tmp_path, capsy
     with pytest.raises(Killed):
         build(PLAN, tmp_path / "inspection", dies)
     assert content(tmp_path / "inspection") == before
-    words = "candidates=3 children=2 people=3 first=1 second=1 size=4 jobs=1".split()
+    words = "candidates=3 generations=3 children=1 people=3 first=1 second=1 size=4 jobs=1".split()
     place = str(tmp_path / "inspection")
     assert batch_library.main(["inspection", place, *(f"--{word}" for word in words)]) == 0
     assert content(tmp_path / "inspection") == content(built[1])
@@ -193,7 +198,10 @@ def test_both_looks_notice_the_same_things_of_everybody() -> None:
         ({"scenario": "cooking"}, "scenario is 'cooking', none of inspection, sorting"),
         ({"people": 0}, "people is 0; it must be a whole number >= 1"),
         ({"size": 1}, "size is 1; it must be a whole number >= 2"),
-        ({"candidates": 3, "children": 1, "size": 8}, "size is 8, there are 7 candidates"),
+        (
+            {"candidates": 3, "generations": 2, "children": 1, "size": 8},
+            "size is 8, there are 7 candidates",
+        ),
         ({"first": -1}, "first is -1"),
     ],
 )

@@ -13,7 +13,7 @@ import fabric_planner as fp
 from fabric_abps import Library, Policy, Selector, SelectorParameters
 from fabric_msgs.msg import Decision, Observation
 from fabric_sim.batch_files import Files
-from fabric_sim.character import CORNERS
+from fabric_sim.character import CORNERS, Character
 from fabric_sim.experiments import command, long_term
 from fabric_sim.experiments.long_term_ablation import Training, parameter_variants
 from fabric_sim.experiments.long_term_deciders import Prepared, PreparedDecider
@@ -81,6 +81,16 @@ def test_a_shift_under_a_constant_policy_does_not_depend_on_what_ran_before(cont
     again = context.world.constant(shift, LIBRARY["proactive"])
     assert np.array_equal(first.figures, again.figures)
     assert first.figures.shape == (3, 4)
+
+
+@pytest.mark.parametrize("scenario", ["inspection", "sorting"])
+def test_rewards_alone_are_those_of_the_whole_course(scenario):
+    world, tired = World(scenario), Character.parse("0.4,0.2,0.5,0.3")
+    policy = Policy("proactive", FILES.model("proactive", scenario), "as written")
+    world.prepare(policy)
+    shift = Shift(tired, SEED, 3)
+    whole = world.constant(shift, policy).figures[:, 0]
+    assert world.rewards(shift, policy).tolist() == whole.tolist()
 
 
 def test_a_selector_that_never_changes_does_what_the_constant_policy_does(context, base):

@@ -17,7 +17,7 @@ import numpy as np
 from fabric_sim.character import Character
 
 #: Halving of the candidates: share of the policies that goes on, shifts more for each.
-ROUNDS = ((1.0, 1), (0.4, 3))
+ROUNDS = ((1.0, 2), (0.3, 2))
 SHIFTS_TO_JUDGE = sum(more for _, more in ROUNDS)
 LEAST = 2  # policies of a round
 RIDGE = 0.3  # penalty of the smooth function

@@ -49,7 +49,8 @@ of recognition.</p>
 <h2>What is compared</h2>
 <ul>
 <li><b>ABPS</b> as shipped, and the same with other ways to choose: expected improvement as
-published, probability of improvement, Thompson sampling, a bandit that learns from rewards alone (exp4), by lot.</li>
+published, probability of improvement, Thompson sampling, a bandit that learns from rewards alone
+(exp4), by lot.</li>
 <li><b>Every constant policy</b> of the library. The <em>best constant</em> is the one that earned
 most in these very tasks: a choice that can only be made afterwards.</li>
 <li>The <b>oracle</b> plays, for each person, the policy that is best for that person. It was found

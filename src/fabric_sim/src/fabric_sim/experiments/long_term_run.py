@@ -89,6 +89,11 @@ def _work(job: Job) -> Course:
     return Course.joined([context.world.constant(s, policy) for s in job.shifts])
 
 
+def _mean_reward(job: Job) -> float:
+    world, policy = in_use.context.world, in_use.context.policies[job.strategy]
+    return float(np.concatenate([world.rewards(s, policy) for s in job.shifts]).mean())
+
+
 def run(context: Context, jobs: Sequence[Job], processes: int, title: str) -> list[Course]:
     """Return what came of every job, equal whatever `processes` is."""
     with in_use(context):
@@ -105,8 +110,9 @@ def judge_in(
 
     def judge(places: list[tuple[int, int]], first: int, last: int) -> np.ndarray:
         jobs = [Job(names[i], (shift,)) for p, i in places for shift in spare[p][first:last]]
-        done = run(context, jobs, processes, f"best in hindsight, shifts {first + 1} to {last}")
-        rewards = [course.figures[:, 0].mean() for course in done]
+        title = f"best in hindsight, shifts {first + 1} to {last}"
+        with in_use(context):
+            rewards = run_jobs(_mean_reward, jobs, processes, title)
         return np.array(rewards).reshape(len(places), last - first)
 
     return judge

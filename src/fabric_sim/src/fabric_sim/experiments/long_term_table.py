@@ -90,7 +90,7 @@ def main_table(study: Study) -> list[list[str]]:
     """Return Table 5.1, header first."""
     found, best = study.adaptation, study.adaptation.best_constant()
     task = "" if study.scenario == "inspection" else ", inspection"
-    header = ["measure", f"published ABPS{task}", "published best", "recorded ABPS", "recorded best"]
+    header = ["measure", f"published{task}: ABPS", "its best", "recorded: ABPS", "its best"]
     table = [[*header, "ABPS", f"best constant ({best})", "oracle", "ABPS minus best", "d_z", "p"]]
     for measure, c in against(found, best, list(MEASURES)).items():
         digits = DIGITS[measure]
