@@ -8,6 +8,7 @@ from std_msgs.msg import Header
 from fabric_msgs.msg import CubeArray, HandState, HumanActivity
 from fabric_msgs.traffic import Traffic
 from fabric_perception.gestures.model_file import TrainedGestures, load
+from fabric_perception.gestures.places import in_cell
 from fabric_perception.gestures.recogniser import (
     GesturePercept,
     GestureRecogniser,
@@ -68,6 +69,9 @@ def main() -> None:
     """Run until shutdown; a model or parameter that is wrong ends the node at once, by its name."""
     rospy.init_node("gesture")
     trained = load(rospy.get_param("~model_file", "") or None)
+    cell_file = rospy.get_param("~cell_file", "")
+    if cell_file:  # features are relative, so that a model serves in cells of other places too
+        trained = trained._replace(features=in_cell(trained.features, cell_file))
     parameters = settings_from(RecogniserParameters, rospy.get_param("~gestures"))
     GestureNode(trained, parameters)
     rospy.spin()

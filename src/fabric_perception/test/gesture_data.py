@@ -3,11 +3,12 @@
 
 import numpy as np
 
+from fabric_perception.gestures.features import FeatureSettings
 from fabric_perception.gestures.recording import GRASP, IDLE, OTHER, WARN, Recording
 
 NAMES = ("still", "ramp", "wave")
-REST = np.array([0.56, 0.195, 0.06])
-PICK_POINT = np.array([0.281, 0.035, 0.1345])
+REST = np.array(FeatureSettings().rest)
+PICK_POINT = np.array(FeatureSettings().pick_point)
 STOP = np.array([0.42, 0.10, 0.34])
 HELMET = np.array([0.70, 0.14, 0.55])
 
@@ -32,7 +33,7 @@ def wave(rng, frames=25):
 MAKERS = dict(zip(NAMES, (still, ramp, wave), strict=True))
 
 
-def labelled(rng, each=12):
+def labelled(rng, each=8):
     """Sequences of all three kinds and their labels."""
     names = [name for name in NAMES for _ in range(each)]
     return [MAKERS[name](rng, int(rng.integers(15, 40))) for name in names], names

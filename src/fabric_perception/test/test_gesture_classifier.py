@@ -12,7 +12,7 @@ from fabric_perception.gestures.scoring import StreamingScore, class_scores
 from fabric_perception.gestures.settings import PLAIN, ContextSettings, HmmSettings, ScoreSettings
 from fabric_perception.gestures.streams import Stream
 
-SMALL = HmmSettings(states=4, mixtures=1)
+SMALL = HmmSettings(states=4, mixtures=1, iterations=5)
 
 
 @pytest.fixture(scope="module")
@@ -21,14 +21,14 @@ def trained():
     return GmmHmmClassifier(SMALL, PLAIN, seed=101).fit(sequences, labels, NAMES)
 
 
-@pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("context", [PLAIN, ContextSettings(lags=(0, 2), dimensions=2)])
 @pytest.mark.parametrize("hmm", [SMALL, HmmSettings(states=3, mixtures=2, left_right=False)])
-def test_every_class_is_told_from_the_others_even_one_that_never_moves(name, context, hmm):
+def test_every_class_is_told_from_the_others_even_one_that_never_moves(context, hmm):
     rng = np.random.default_rng(102)
     classifier = GmmHmmClassifier(hmm, context, seed=101).fit(*labelled(rng), NAMES)
-    found = [classifier.predict(MAKERS[name](rng, 30)) for _ in range(10)]
-    assert found.count(name) >= 9
+    for name in NAMES:
+        found = [classifier.predict(MAKERS[name](rng, 30)) for _ in range(10)]
+        assert found.count(name) >= 9
 
 
 def test_a_posterior_is_a_distribution_over_the_classes_in_their_order(trained):
@@ -39,12 +39,14 @@ def test_a_posterior_is_a_distribution_over_the_classes_in_their_order(trained):
     assert posterior.argmax() == NAMES.index("ramp")
 
 
-def test_training_twice_gives_the_same_and_another_seed_another_model(trained):
-    sequences, labels = labelled(np.random.default_rng(101))
-    again = GmmHmmClassifier(SMALL, PLAIN, seed=101).fit(sequences, labels, NAMES)
-    other = GmmHmmClassifier(SMALL, PLAIN, seed=102).fit(sequences, labels, NAMES)
-    assert np.array_equal(again.model.means, trained.model.means)
-    assert not np.array_equal(other.model.means, trained.model.means)
+def test_training_twice_gives_the_same_and_another_seed_another_model():
+    sequences, labels = labelled(np.random.default_rng(101), each=3)
+    models = [
+        GmmHmmClassifier(SMALL, PLAIN, seed=seed).fit(sequences, labels, NAMES).model
+        for seed in (101, 101, 102)
+    ]
+    assert np.array_equal(models[0].means, models[1].means)
+    assert not np.array_equal(models[0].means, models[2].means)
 
 
 def test_the_likelihood_of_training_never_falls_and_variances_keep_above_the_floor():

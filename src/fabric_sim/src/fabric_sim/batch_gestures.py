@@ -12,7 +12,7 @@ from __future__ import annotations
 import datetime
 import sys
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -21,16 +21,18 @@ from fabric_perception.gestures.bags import read_folder
 from fabric_perception.gestures.evaluation import Score, confusion_table, total
 from fabric_perception.gestures.features import FeatureSettings
 from fabric_perception.gestures.model_file import TrainedGestures, save, shipped
+from fabric_perception.gestures.places import in_cell
 from fabric_perception.gestures.recording import UNLABELLED, Recording
 from fabric_perception.gestures.workshop import Recipe, Watched, leave_one_person_out, train
 from fabric_sim.batch_files import Files
 from fabric_sim.batch_gestures_compare import compare
 from fabric_sim.batch_gestures_people import simulate_person
-from fabric_sim.geometry import CellGeometry, Point
 
 USAGE = (
-    "usage: ./fabric train gestures [FOLDER] [people:=20] [seed:=1] [compare:=false] [out_dir:=]\n"
+    "usage: ./fabric train gestures [FOLDER] [cell_file:=] [people:=20] [seed:=1]\n"
+    "                               [compare:=false] [out_dir:=]\n"
     "  FOLDER     labelled bags; without it people are simulated\n"
+    "  cell_file  cell.yaml of the cell of the bags; empty is the one that comes along\n"
     "  people     how many are simulated, 2 or more\n"
     "  seed       root of all randomness\n"
     "  compare    also judge the thesis' features and 1-NN DTW, true or false\n"
@@ -43,6 +45,7 @@ class Words:
     """The words of the command. Raises ValueError naming a bad one."""
 
     folder: str = ""
+    cell_file: str = ""
     people: int = 20
     seed: int = 1
     compare: bool = False
@@ -60,6 +63,8 @@ class Words:
             if name in given:
                 raise ValueError(f"'{name}' is given twice")
             given[name] = _checked(name, text)
+        if "cell_file" in given and "folder" not in given:
+            raise ValueError("cell_file goes with a folder of bags; people are simulated in theirs")
         return cls(**given)
 
 
@@ -78,12 +83,10 @@ def _checked(name: str, text: str) -> Any:
     return text
 
 
-def places(geometry: CellGeometry) -> FeatureSettings:
-    """The features' settings with the places of this cell, m."""
-    over = Point(0.0, 0.0, geometry.edge / 2)
-    pick_point = geometry.conveyor.to_cell(over)
-    rest = geometry.person.to_cell(geometry.body.rest)
-    return replace(FeatureSettings(), pick_point=tuple(pick_point), rest=tuple(rest))
+def places(cell_file: str = "") -> FeatureSettings:
+    """The features with the places of the cell, m. Raises ValueError naming a bad file."""
+    shipped_cell = Files().share("fabric_bringup") / "config/cell.yaml"
+    return in_cell(FeatureSettings(), cell_file or shipped_cell)
 
 
 def recordings(words: Words, features: FeatureSettings) -> list[Recording]:
@@ -153,7 +156,7 @@ def main(arguments: Sequence[str]) -> int:
         return 0
     try:
         words = Words.parse(arguments)
-        recipe = Recipe(features=places(Files().cell().geometry))
+        recipe = Recipe(features=places(words.cell_file))
         data = recordings(words, recipe.features)
         watched = [Watched.of(one, recipe.features) for one in data]
         tell = partial(print, flush=True)

@@ -36,7 +36,7 @@ class FeatureSettings:
     hold: float = setting(0.12, "s", 0.0, 1.0, "for which the last position of a lost hand counts")
     jump: float = setting(5.0, "m/s", 0.5, 50.0, "faster than this is a tracker's error")
     pick_point: tuple[float, float, float] = (0.281, 0.035, 0.1345)
-    rest: tuple[float, float, float] = (0.56, 0.195, 0.06)
+    rest: tuple[float, float, float] = (0.63, 0.235, 0.06)
     camera: tuple[float, float, float] = (0.21, -0.02, 1.08)
 
     def __post_init__(self) -> None:
