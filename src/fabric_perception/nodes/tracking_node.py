@@ -92,7 +92,7 @@ class TrackingNode:
     def _listen(self) -> None:
         locked = self._traffic.serialised
         rospy.Subscriber(INFO, CameraInfo, locked(self._on_info), queue_size=1)
-        rospy.Subscriber("arm/tcp", PoseStamped, locked(self._on_cup), queue_size=1)
+        self._traffic.subscribe("arm/tcp", PoseStamped, self._on_cup)
         self._traffic.subscribe("conveyor/state", ConveyorState, self._on_conveyor)
         self._traffic.subscribe("task/state", TaskState, self._on_task)
         if self._scales is not None:

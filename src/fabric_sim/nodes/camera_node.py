@@ -37,6 +37,7 @@ class CameraNode:
 
     def __init__(self, renderer: CellRenderer, parameters: CameraParameters) -> None:
         self._renderer, self._parameters = renderer, parameters
+        self._lenses = {COLOUR: parameters.cell, DEPTH: parameters.cell, HEAD: parameters.head}
         self._scenes: deque[SimScene] = deque()
         self._traffic = Traffic("camera")
         self._arrived = threading.Condition(self._traffic.lock)
@@ -44,9 +45,11 @@ class CameraNode:
             name: self._traffic.publisher(topic, Image) for name, topic in PICTURES.items()
         }
         self._infos = {
-            name: rospy.Publisher(f"{name}/camera_info", CameraInfo, queue_size=10)
+            name: rospy.Publisher(f"{name}/camera_info", CameraInfo, latch=True, queue_size=10)
             for name in PICTURES
         }
+        for name, lens in self._lenses.items():
+            self._infos[name].publish(messages.camera_info(rospy.Time(), lens))
         self._frames = tf2_ros.StaticTransformBroadcaster()
         lenses = (parameters.cell, parameters.head)
         self._frames.sendTransform([messages.place_of(lens) for lens in lenses])
@@ -86,9 +89,8 @@ class CameraNode:
     def _draw(self, scene: SimScene) -> None:
         stamp = scene.header.stamp
         frame = self._renderer.render(messages.scene_of_message(scene))
-        self._publish(COLOUR, stamp, self._parameters.cell, frame.rgb)
-        self._publish(DEPTH, stamp, self._parameters.cell, frame.depth)
-        self._publish(HEAD, stamp, self._parameters.head, frame.head)
+        for name, picture in zip(PICTURES, frame, strict=True):
+            self._publish(name, stamp, self._lenses[name], picture)
 
     def _publish(self, name: str, stamp: Any, lens: Lens, picture: Any) -> None:
         """The calibration first: who has the picture has it too."""

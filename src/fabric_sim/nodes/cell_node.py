@@ -252,7 +252,7 @@ class CellNode:
         }
         self._arm = ArmServer(self._traffic, self._cell, self._handled)
         self._joint_states = rospy.Publisher("arm/joint_states", JointState, queue_size=10)
-        self._tcp = rospy.Publisher("arm/tcp", PoseStamped, queue_size=10)
+        self._tcp = publisher("arm/tcp", PoseStamped)
         self._clock = rospy.Publisher("/clock", Clock, queue_size=10)
         self._moving_frames = tf2_ros.TransformBroadcaster()
         self._fixed_frames = tf2_ros.StaticTransformBroadcaster()

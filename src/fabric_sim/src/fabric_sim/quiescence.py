@@ -47,6 +47,7 @@ _SEEN = {  # who says it when cameras see the cell: topic, publisher
 }
 _CAMERA_TABLE = (
     (CELL, "sim/scene", "camera"),
+    (CELL, "arm/tcp", "tracking"),
     (CELL, "sensors/load_cells", "tracking"),
     (CELL, "conveyor/state", "tracking"),
     ("task", "task/state", "tracking"),
