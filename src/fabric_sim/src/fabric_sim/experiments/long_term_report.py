@@ -58,8 +58,8 @@ on {judged} other tasks with the same person (finalists; the weaker ones were dr
 it does not profit from luck. The gap between best constant and oracle is what there is to be won by
 choosing.</li>
 </ul>
-<p>The reward of a task is the same for everyone: a success counts +6, a failure and each warning
-that the person gives count against it, discounted by 0.98 a decision. A <em>warning</em> is a stop
+<p>The reward is the same for everyone: a package or cube that is dealt with rightly counts +6, one
+that is not -3 (when sorting, -6), a warning -3, discounted by 0.98 a decision since it came. A <em>warning</em> is a stop
 gesture of a person who does not want the robot's interference.</p>
 """
 LIMITS = """
