@@ -59,8 +59,8 @@ it does not profit from luck. The gap between best constant and oracle is what t
 choosing.</li>
 </ul>
 <p>The reward is the same for everyone: a package or cube that is dealt with rightly counts +6, one
-that is not -3 (when sorting, -6), a warning -3, discounted by 0.98 a decision since it came. A <em>warning</em> is a stop
-gesture of a person who does not want the robot's interference.</p>
+that is not -3 (when sorting, -6), a warning -3, discounted by 0.98 a decision since it came. A
+<em>warning</em> is a stop gesture of a person who does not want the robot's interference.</p>
 """
 LIMITS = """
 <h2>How to read the numbers</h2>
