@@ -82,39 +82,79 @@ def test_the_score_of_a_class_is_that_of_hmmlearn(trained):
             assert class_scores(model, sequence)[k] == pytest.approx(per_frame, rel=1e-6)
 
 
+JOINT = ScoreSettings(evidence_weight=0.5, interruption=0.01, late_entry=0.1)
+
+
 def test_a_streaming_step_is_bayes_rule_over_all_states(trained):
-    settings = ScoreSettings(evidence_weight=1.0, interruption=0.01, late_entry=0.1)
-    stream = StreamingScore(trained.model, settings)
+    stream = StreamingScore(trained.model, JOINT)
     frames = ramp(np.random.default_rng(107), 6)
-    expected = _by_hand(trained.model, settings, frames)
-    for frame, row in zip(frames, expected, strict=True):
-        assert stream.step(frame) == pytest.approx(row, abs=1e-9)
+    for frame, alpha in zip(frames, _forward(trained.model, frames), strict=True):
+        assert stream.step(frame) == pytest.approx(_classes(trained.model, alpha), abs=1e-9)
 
 
-def _by_hand(model, settings, frames):
-    """The forward algorithm, state by state."""
-    n = len(model.owner)
-    size = np.bincount(model.owner)
-    start = np.array([
-        (1 - settings.late_entry) * model.start[j] + settings.late_entry / size[model.owner[j]]
-        for j in range(n)
-    ])  # fmt: skip
-    alpha = np.array([model.prior[model.owner[j]] / size[model.owner[j]] for j in range(n)])
+def test_a_lag_tells_of_the_frame_so_long_ago_in_the_light_of_those_since(trained):
+    model, lag = trained.model, 3
+    frames = np.concatenate([ramp(np.random.default_rng(108), 5), np.full((3, 2), 0.5)])
+    stream = StreamingScore(model, JOINT, lag=lag)
+    told = [stream.step(frame) for frame in frames]
+    joint, alphas = _joint(model), _forward(model, frames)
+    later = np.ones(len(model.owner))
+    for frame in frames[: -lag - 1 : -1]:
+        later = joint @ (_evidence(model, frame) * later)
+    then = alphas[-lag - 1] * later
+    assert told[-1] == pytest.approx(_classes(model, then / then.sum()), abs=1e-9)
+    assert told[0] == pytest.approx(_classes(model, alphas[0]), abs=1e-9)
+    assert stream.states == pytest.approx(alphas[-1], abs=1e-9)
+
+
+def test_a_lag_survives_frames_without_anything_and_ends_at_a_reset(trained):
+    stream = trained.streaming(lag=4)
+    first = stream.step([0.5, 0.5])
+    posteriors = [stream.step(frame) for frame in ([0.5, 0.5], None, None, [1e200, 0.0], None)]
+    assert np.array(posteriors).sum(axis=1) == pytest.approx(np.ones(5))
+    stream.reset()
+    assert stream.step([0.5, 0.5]) == pytest.approx(first)
+    with pytest.raises(ValueError, match="lag is -1 frames"):
+        trained.streaming(lag=-1)
+
+
+def _joint(model):
+    """(N, N) transitions of all classes' states, one by one."""
+    n, size = len(model.owner), np.bincount(model.owner)
+    joint = np.zeros((n, n))
+    for i in range(n):
+        end = max(model.leave[i], JOINT.interruption)
+        for j in range(n):
+            entry = (1 - JOINT.late_entry) * model.start[j] + JOINT.late_entry / size[
+                model.owner[j]
+            ]
+            begins = model.next_class[model.owner[i], model.owner[j]] * entry
+            joint[i, j] = (1 - end) * model.follow[i, j] + end * begins
+    return joint
+
+
+def _evidence(model, frame):
+    """(N,) density of a frame to the power of its weight."""
+    z = (frame - model.centre) @ model.projection
+    gauss = np.exp(-0.5 * (z - model.means) ** 2 / model.variances)
+    density = (gauss / np.sqrt(2 * np.pi * model.variances)).prod(axis=2)
+    return (model.weights * density).sum(axis=1) ** JOINT.evidence_weight
+
+
+def _forward(model, frames):
+    """The states (N,) after each of the frames."""
+    size, joint = np.bincount(model.owner), _joint(model)
+    alpha = model.prior[model.owner] / size[model.owner]
     rows = []
     for frame in frames:
-        z = (frame - model.centre) @ model.projection
-        new = np.zeros(n)
-        for j in range(n):
-            for i in range(n):
-                end = max(model.leave[i], settings.interruption)
-                begins = model.next_class[model.owner[i], model.owner[j]] * start[j]
-                new[j] += alpha[i] * ((1 - end) * model.follow[i, j] + end * begins)
-            gauss = np.exp(-0.5 * (z - model.means[j]) ** 2 / model.variances[j])
-            density = (gauss / np.sqrt(2 * np.pi * model.variances[j])).prod(axis=1)
-            new[j] *= (model.weights[j] * density).sum()
-        alpha = new / new.sum()
-        rows.append([alpha[model.owner == k].sum() for k in range(model.n_classes)])
-    return np.array(rows)
+        alpha = (alpha @ joint) * _evidence(model, frame)
+        alpha = alpha / alpha.sum()
+        rows.append(alpha)
+    return rows
+
+
+def _classes(model, alpha):
+    return [alpha[model.owner == k].sum() for k in range(model.n_classes)]
 
 
 def test_a_stream_follows_changes_and_frames_without_anything_leave_a_distribution(trained):

@@ -16,10 +16,11 @@ from fabric_perception.gestures.reference import NearestWindow, warped_distances
 from fabric_perception.gestures.streams import Stream, segments
 
 
-def judged(labels, found, told=()):
+def judged(labels, found, told=(), lag=0):
     """The score of a stream at 10 Hz."""
     t = 0.1 * np.arange(len(labels))
-    return score_stream(t, np.array(labels), np.eye(4)[found], np.isin(np.arange(len(t)), told))
+    told = np.isin(np.arange(len(t)), told)
+    return score_stream(t, np.array(labels), np.eye(4)[found], told, lag)
 
 
 def test_frames_are_counted_with_and_without_those_after_a_change():
@@ -28,6 +29,18 @@ def test_frames_are_counted_with_and_without_those_after_a_change():
     figures = judged(labels, found).figures()
     assert figures["accuracy"] == pytest.approx(16 / 20)
     assert figures["accuracy_settled"] == pytest.approx(14 / 15)
+
+
+def test_what_is_said_later_is_judged_by_its_moment_and_delays_by_when_it_is_said():
+    labels = [IDLE] * 10 + [GRASP] * 10
+    score = judged(labels, [IDLE] * 13 + [GRASP] * 7, lag=3)
+    assert score.figures()["accuracy"] == 1.0
+    assert score.confusion.sum() == 17
+    assert score.figures()["accuracy_at_once"] == pytest.approx(17 / 20)
+    assert score.delays == pytest.approx((0.4,))
+    nothing = judged(labels, labels, lag=50)
+    assert nothing.confusion.sum() == 0
+    assert nothing.figures()["accuracy_at_once"] == 1.0
 
 
 def test_a_change_is_seen_when_two_readings_in_a_row_say_so():

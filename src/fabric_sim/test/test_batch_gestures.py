@@ -6,7 +6,7 @@ import pytest
 
 from fabric_perception.gestures.model_file import load
 from fabric_perception.gestures.recording import GRASP, IDLE, OTHER, UNLABELLED, WARN
-from fabric_sim import batch_gestures
+from fabric_sim import batch_gestures, batch_gestures_picture
 from fabric_sim.batch_files import Files
 from fabric_sim.batch_gestures_other import PLACES, excursion
 from fabric_sim.batch_gestures_people import _as_seen, simulate_person
@@ -81,14 +81,30 @@ def test_a_bad_word_is_refused_with_2_by_its_name(capsys, word, text):
 
 def test_the_command_writes_a_model_with_its_card(people, tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(batch_gestures, "simulate_person", lambda seed, n: people[n - 1])
-    assert batch_gestures.main(["people:=2", "seed:=101", f"out_dir:={tmp_path}"]) == 0
+    assert (
+        batch_gestures.main(["people:=2", "seed:=101", "compare:=true", f"out_dir:={tmp_path}"])
+        == 0
+    )
     card = load(tmp_path / "gestures.yaml").card
     assert card["data"]["people"] == 2
     judged = card["leave_one_person_out"]
     assert judged["all"]["accuracy"] > 0.6
     assert set(judged) == {"all", *(one.situation for one in people[0])}
     assert "confusion" in judged["all"]
-    assert "| **warn** |" in capsys.readouterr().out
+    assert set(card["comparison"]) >= {"default", "1-NN DTW over 1 s, default features"}
+    told = capsys.readouterr().out
+    assert "| **warn** |" in told
+    assert "| thesis' three scalars, each frame alone |" in told
+    picture = tmp_path / "gestures.png"
+    assert batch_gestures_picture.main([str(tmp_path / "gestures.yaml"), str(picture)]) == 0
+    assert picture.read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_picture_of_nothing_is_refused(tmp_path, capsys):
+    with pytest.raises(ValueError, match="no leave_one_person_out.all"):
+        batch_gestures_picture.draw({}, tmp_path / "none.png")
+    assert batch_gestures_picture.main([str(tmp_path / "none.yaml"), "none.png"]) == 2
+    assert "none.yaml: cannot be read" in capsys.readouterr().err
 
 
 def test_the_shipped_model_refers_to_the_places_of_the_cell():

@@ -25,7 +25,7 @@ from fabric_perception.gestures.places import in_cell
 from fabric_perception.gestures.recording import UNLABELLED, Recording
 from fabric_perception.gestures.workshop import Recipe, Watched, leave_one_person_out, train
 from fabric_sim.batch_files import Files
-from fabric_sim.batch_gestures_compare import compare
+from fabric_sim.batch_gestures_compare import compare, comparison_table
 from fabric_sim.batch_gestures_people import simulate_person
 
 USAGE = (
@@ -121,6 +121,7 @@ def card_of(
         },
         "hmm": asdict(recipe.hmm),
         "context": {**asdict(recipe.context), "lags": list(recipe.context.lags)},
+        "recogniser": asdict(recipe.recogniser),
         "leave_one_person_out": {
             "all": _entry(total(scores.values())),
             **{name: _entry(score) for name, score in scores.items() if name},
@@ -162,12 +163,14 @@ def main(arguments: Sequence[str]) -> int:
         tell = partial(print, flush=True)
         scores = leave_one_person_out(watched, recipe, words.seed, tell)
         print(report(scores), flush=True)
-        if words.compare:
-            print(compare(data, recipe, words.seed))
         model = train(watched, recipe, words.seed).model
         path = Path(words.out_dir) / "gestures.yaml" if words.out_dir else shipped()
         card = card_of(words, data, scores, recipe)
         save(path, TrainedGestures(model, recipe.score, recipe.features, card))
+        if words.compare:
+            card["comparison"] = compare(data, recipe, words.seed)
+            print(comparison_table(card["comparison"]), flush=True)
+            save(path, TrainedGestures(model, recipe.score, recipe.features, card))
     except ValueError as error:
         print(f"fabric: {error}", file=sys.stderr)
         return 2

@@ -102,12 +102,12 @@ class GmmHmmClassifier:
         """Name of the most likely class of one whole sequence (frames, D)."""
         return self.labels[int(np.argmax(self.predict_proba(sequence)))]
 
-    def streaming(self, evidence_weight: float | None = None) -> StreamingScore:
-        """A fresh stream: `step(frame)` returns the posterior (K,).
+    def streaming(self, evidence_weight: float | None = None, lag: int = 0) -> StreamingScore:
+        """A fresh stream: `step(frame)` returns the posterior (K,) of the moment `lag` frames ago.
 
         evidence_weight: in place of that of the settings.
         """
-        return StreamingScore(self.model, self.score, evidence_weight)
+        return StreamingScore(self.model, self.score, evidence_weight, lag)
 
     def _fit(
         self,

@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """How well a stream of posteriors follows what a person did.
 
-Accuracy counts frames; it is also given without the frames within `COLLAR` after a change, in which
-a movement has hardly begun. A warning is recalled when the fast road tells of it before it has been
+Accuracy counts frames: what is said of a moment, `lag` frames later, against what was done at that
+moment; `accuracy_at_once` is against what is done when it is said. It is also given without the
+frames within `COLLAR` after a change, in which a movement has hardly begun. Delays count from the
+change until it is said. A warning is recalled when the fast road tells of it before it has been
 over for COLLAR. A false warning is one told when nobody has warned within COLLAR.
 """
 
@@ -26,13 +28,14 @@ class Score:
     """Counts of one or more streams; add them up.
 
     confusion: (4, 4) frames, rows what was done, columns what was recognised. settled: the same
-    without the collars. warnings, recalled, false_warnings: events. labelled: s. delays: s from
-    each change until it was believed, infinite where it never was. warning_delays: s, of the
-    fast road.
+    without the collars. at_once: the same against what is done when it is said. warnings,
+    recalled, false_warnings: events. labelled: s. delays: s from each change until it was
+    believed, infinite where it never was. warning_delays: s, of the fast road.
     """
 
     confusion: Array
     settled: Array
+    at_once: Array
     warnings: int
     recalled: int
     false_warnings: int
@@ -51,6 +54,7 @@ class Score:
         return {
             "accuracy": _share(np.trace(self.confusion), self.confusion.sum()),
             "accuracy_settled": _share(np.trace(self.settled), self.settled.sum()),
+            "accuracy_at_once": _share(np.trace(self.at_once), self.at_once.sum()),
             "warning_recall": _share(self.recalled, self.warnings),
             "false_warnings_in_10_min": _share(self.false_warnings * TEN_MINUTES, self.labelled),
             "change_seen_median_s": _quantile(self.delays, 0.5),
@@ -60,25 +64,27 @@ class Score:
         }
 
 
-def score_stream(t: Array, labels: Array, posteriors: Array, told: Array) -> Score:
+def score_stream(t: Array, labels: Array, posteriors: Array, told: Array, lag: int = 0) -> Score:
     """Judge posteriors (n, 4) at times t (n,) s by the labels (n,), UNLABELLED rows left out.
 
-    told: (n,) whether the fast road told of a warning. Raises ValueError when lengths differ or
-    fewer than 2 frames come.
+    told: (n,) whether the fast road told of a warning. lag: frames that posteriors lie back. Raises
+    ValueError when lengths differ or fewer than 2 frames come.
     """
     if not len(t) == len(labels) == len(posteriors) == len(told) or len(t) < 2:
         raise ValueError(f"{len(t)} times, {len(labels)} labels and {len(posteriors)} posteriors")
     found = posteriors.argmax(axis=1)
     known = labels != UNLABELLED
+    then = np.concatenate([np.full(min(lag, len(t)), UNLABELLED), labels[: max(0, len(t) - lag)]])
     stretches = _stretches(labels)
     late = np.zeros(len(t), dtype=bool)
-    for first, _ in stretches[1:]:
+    for first, _ in _stretches(then)[1:]:
         late |= (t >= t[first]) & (t < t[first] + COLLAR)
     warnings = [(t[a], t[b]) for a, b in stretches if labels[a] == WARN]
     delays = [_first(t[told], a, b + COLLAR) for a, b in warnings]
     return Score(
-        confusion=_count(labels[known], found[known]),
-        settled=_count(labels[known & ~late], found[known & ~late]),
+        confusion=_count(then, found),
+        settled=_count(then[~late], found[~late]),
+        at_once=_count(labels, found),
         warnings=len(warnings),
         recalled=int(np.isfinite(delays).sum()),
         false_warnings=sum(_unfounded(now, warnings) for now in t[told & known]),
@@ -113,8 +119,9 @@ def _stretches(labels: Array) -> list[tuple[int, int]]:
 
 
 def _count(done: Array, found: Array) -> Array:
-    table = np.zeros((len(LABELS), len(LABELS)))
-    np.add.at(table, (done, found), 1.0)
+    """Frames (4, 4) by what was done and found; UNLABELLED ones do not count."""
+    table, known = np.zeros((len(LABELS), len(LABELS))), done != UNLABELLED
+    np.add.at(table, (done[known], found[known]), 1.0)
     return table
 
 

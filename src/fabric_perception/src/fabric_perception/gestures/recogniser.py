@@ -26,13 +26,19 @@ class RecogniserParameters:
     """How posteriors become percepts. Raises ValueError naming a bad value."""
 
     warning_threshold: float = setting(
-        0.87, "1", 0.01, 0.999, "posterior of a warning at which the fast road tells of it"
+        0.9, "1", 0.01, 0.999, "posterior of a warning at which the fast road tells of it"
     )
     warning_rearm: float = setting(
         0.5, "1", 0.01, 0.999, "the next warning is told only after it has fallen below this"
     )
     warning_weight: float = setting(
-        0.07, "1", 1e-3, 1.0, "exponent of a frame's likelihood on the fast road"
+        0.15, "1", 1e-3, 1.0, "exponent of a frame's likelihood on the fast road"
+    )
+    warning_look_back: float = setting(
+        0.2, "s", 0.0, 2.0, "look_back of the fast road: how much is seen of it beforehand"
+    )
+    look_back: float = setting(
+        0.4, "s", 0.0, 2.0, "how long ago the moment is of which the posterior speaks"
     )
     lost_after: float = setting(
         1.0, "s", 0.1, 10.0, "without a hand until the person counts as gone and is forgotten"
@@ -51,12 +57,16 @@ class RecogniserParameters:
                 f"warning_rearm is {self.warning_rearm}; it must not exceed warning_threshold"
             )
 
+    def lags(self, period: float) -> tuple[int, int]:
+        """look_back and warning_look_back in frames that are `period` s apart."""
+        return round(self.look_back / period), round(self.warning_look_back / period)
+
 
 class GesturePercept(NamedTuple):
     """What is recognised at one moment, in the fields of HumanActivity."""
 
     t: float  # s, of the image
-    posterior: Array  # (4,), in the order of HumanActivity's constants, sums to 1
+    posterior: Array  # (4,) look_back before t, in the order of HumanActivity's constants, sum 1
     detected: bool
     evidence_age: float  # s since the hand was last seen
     warning: bool  # a warning begins: the fast road tells of it
@@ -74,9 +84,10 @@ class GestureRecogniser:
         self._parameters = parameters
         self._features = FeatureExtractor(trained.features)
         self._pick_point = np.array(trained.features.pick_point)
-        self._score = StreamingScore(trained.model, trained.score)
+        lag, warning_lag = parameters.lags(trained.features.period)
+        self._score = StreamingScore(trained.model, trained.score, lag=lag)
         self._road = WarningRoad(
-            StreamingScore(trained.model, trained.score, parameters.warning_weight),
+            StreamingScore(trained.model, trained.score, parameters.warning_weight, warning_lag),
             parameters.warning_threshold,
             parameters.warning_rearm,
         )

@@ -50,12 +50,23 @@ class StreamingScore:
     The classes' models are joined into one: a gesture ends with probability e_i in state i, and
     another begins, so that no window has to be chosen. With A the joint transitions, b the
     densities and w the weight of evidence: alpha_t ~ (alpha_{t-1} A) * b(x_t)^w.
+
+    With a `lag` of L frames the posterior speaks of the moment L frames ago, in the light of all
+    that was seen since (fixed-lag smoothing): alpha_{t-L} * beta with beta = A (b(x)^w * beta)
+    back from the newest frame. Until there are so many it speaks of the first.
     """
 
     def __init__(
-        self, model: GestureModel, settings: ScoreSettings, evidence_weight: float | None = None
+        self,
+        model: GestureModel,
+        settings: ScoreSettings,
+        evidence_weight: float | None = None,
+        lag: int = 0,
     ) -> None:
-        """evidence_weight: in place of that of the settings."""
+        """evidence_weight: in place of that of the settings. Raises ValueError for a lag < 0."""
+        if lag < 0:
+            raise ValueError(f"lag is {lag} frames; it must not be less than 0")
+        self._past: deque[tuple[Array, Array]] = deque(maxlen=lag + 1)  # alpha, b^w; oldest first
         self._emission = Emission(model)
         self._member = model.members()
         self._width = model.width
@@ -73,15 +84,25 @@ class StreamingScore:
         """Forget everything seen."""
         self._alpha = self._first
         self._before.clear()
+        self._past.clear()
 
     @property
     def posterior(self) -> Array:
-        """(K,) of the classes, after what was seen so far; sums to 1."""
-        return self._alpha @ self._member
+        """(K,) of the classes `lag` frames ago, after what was seen so far; sums to 1."""
+        if len(self._past) < 2:
+            return self._alpha @ self._member
+        later = np.ones(len(self._alpha))
+        for _, likelihood in list(self._past)[:0:-1]:
+            later = self._joint @ (likelihood * later)
+            later /= max(later.max(), np.finfo(float).tiny)
+        then = self._past[0][0] * later
+        if then.sum() <= 0.0:  # too unlikely for floating point: what is likely now has to do
+            then = self._alpha
+        return (then / then.sum()) @ self._member
 
     @property
     def states(self) -> Array:
-        """(N,) of the states of all classes, sums to 1."""
+        """(N,) of the states of all classes now, whatever the lag; sums to 1."""
         return self._alpha.copy()
 
     def step(self, frame: Any | None) -> Array:
@@ -100,15 +121,18 @@ class StreamingScore:
         alpha = (self._alpha @ self._joint) * likelihood
         if alpha.sum() <= 0.0:  # what is seen cannot follow on what was: start anew from it
             alpha = self._first * likelihood
-        self._alpha = alpha / alpha.sum()
-        return self.posterior
+            self._past.clear()
+        return self._go_on(alpha, likelihood)
 
     def _pass_over(self) -> Array:
         """Let a frame pass without evidence; the hand is taken to be where it was."""
         if self._before:
             self._before.appendleft(self._before[0])
-        alpha = self._alpha @ self._joint
+        return self._go_on(self._alpha @ self._joint, np.ones(len(self._alpha)))
+
+    def _go_on(self, alpha: Array, likelihood: Array) -> Array:
         self._alpha = alpha / alpha.sum()
+        self._past.append((self._alpha, likelihood))
         return self.posterior
 
     def run(self, frames: Any) -> Array:

@@ -91,7 +91,7 @@ class ScoreSettings:
     """How frames are weighed when classes are compared. Raises ValueError naming a bad value."""
 
     evidence_weight: float = setting(
-        0.15,
+        0.12,
         "1",
         1e-3,
         1.0,

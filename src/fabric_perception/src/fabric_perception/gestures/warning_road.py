@@ -10,8 +10,8 @@ from fabric_perception.gestures.scoring import StreamingScore
 class WarningRoad:
     """Tells of each warning once, without waiting for frames to agree.
 
-    Has a score of its own, in which a frame weighs less than where gestures are told apart: one
-    frame must not be enough. Shiryaev's rule: tell when the posterior of a warning reaches
+    Has a score of its own, so that evidence and delay can be weighed otherwise than where gestures
+    are told apart. Shiryaev's rule: tell when the posterior of a warning reaches
     `threshold`; the next one can only be told after it has fallen below `rearm`.
     """
 

@@ -60,12 +60,15 @@ def train(watched: Sequence[Watched], recipe: Recipe, seed: int) -> GmmHmmClassi
 def judge(classifier: GmmHmmClassifier, watched: Watched, recipe: Recipe) -> Score:
     """Return how well the classifier follows one recording, frame after frame."""
     p = recipe.recogniser
-    stream = classifier.streaming()
-    road = WarningRoad(classifier.streaming(p.warning_weight), p.warning_threshold, p.warning_rearm)
+    lag, warning_lag = p.lags(recipe.features.period)
+    stream = classifier.streaming(lag=lag)
+    road = WarningRoad(
+        classifier.streaming(p.warning_weight, warning_lag), p.warning_threshold, p.warning_rearm
+    )
     rows = [None if np.isnan(row).all() else row for row in watched.frames]
     told = np.array([road.step(row) for row in rows])
     posteriors = np.array([stream.step(row) for row in rows])
-    return score_stream(watched.t, watched.labels, posteriors, told)
+    return score_stream(watched.t, watched.labels, posteriors, told, lag)
 
 
 def leave_one_person_out(
