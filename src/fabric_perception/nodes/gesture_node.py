@@ -14,7 +14,7 @@ from fabric_perception.gestures.recogniser import (
     GestureRecogniser,
     RecogniserParameters,
 )
-from fabric_perception.gestures.settings import settings_from
+from fabric_perception.settings import settings_from
 
 FRAME = "cell"
 

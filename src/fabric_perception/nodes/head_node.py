@@ -13,9 +13,10 @@ from fabric_perception.camera import Camera, CameraError
 from fabric_perception.camera_poses import PARENT, pose_of, quaternion_of
 from fabric_perception.head.helmet import Helmet, load_helmet
 from fabric_perception.head.overlay import draw_overlay
-from fabric_perception.head.parameters import HeadParameters, load_parameters
+from fabric_perception.head.parameters import HeadParameters
 from fabric_perception.head.tracker import HeadPercept, HeadTracker
 from fabric_perception.images import colour_of, fill, grey_of
+from fabric_perception.settings import settings_from
 
 IMAGE, INFO = "head/camera/image_raw", "head/camera/camera_info"
 OVERLAY = "head/camera/overlay"
@@ -111,7 +112,7 @@ def main() -> None:
     """Run until shutdown; bad parameters end the node at once, naming the value."""
     rospy.init_node("head")
     helmet = load_helmet(rospy.get_param("~helmet_file"))
-    HeadNode(helmet, load_parameters(rospy.get_param("~head")))
+    HeadNode(helmet, settings_from(HeadParameters, rospy.get_param("~head")))
     rospy.spin()
 
 

@@ -10,14 +10,15 @@ from fabric_msgs.msg import HeadState, HumanActivity, Observation, TaskEvent, Ta
 from fabric_msgs.traffic import Traffic
 from fabric_perception.observation_agent import ObservationAgent
 from fabric_perception.pairing import Pair, StampPairing
-from fabric_perception.parameters import load_parameters
+from fabric_perception.parameters import ObservationParameters
+from fabric_perception.settings import settings_from
 
 
 class ObservationNode:
     """Acts on a percept when the activity and the head of its moment are both there."""
 
     def __init__(self, parameters: dict[str, Any]) -> None:
-        loaded = load_parameters(parameters)
+        loaded = settings_from(ObservationParameters, parameters)
         self._agent = ObservationAgent(loaded)
         self._pairing = StampPairing(round(loaded.pairing_tolerance * 1e9), _unseen_head)
         self._task_id = 0

@@ -29,13 +29,14 @@ from fabric_msgs.traffic import Traffic
 from fabric_perception.camera import Camera, CameraError
 from fabric_perception.camera_poses import PARENT, pose_of
 from fabric_perception.images import colour_of, depth_of, fill
+from fabric_perception.settings import settings_from
 from fabric_perception.tracking.carriers import Signals
 from fabric_perception.tracking.colours import Palette
 from fabric_perception.tracking.containers import Containers
 from fabric_perception.tracking.hand import HandTrack
 from fabric_perception.tracking.health import Health
 from fabric_perception.tracking.overlay import draw_overlay
-from fabric_perception.tracking.parameters import TrackingParameters, load_parameters
+from fabric_perception.tracking.parameters import TrackingParameters
 from fabric_perception.tracking.pipeline import SeenCube, Tracking
 from fabric_perception.tracking.weighing import Scales, scale_parameters
 from fabric_perception.tracking.workspace import Workspace
@@ -266,7 +267,9 @@ def main() -> None:
         scales = Scales(scale_parameters(rospy.get_param("~load_cells")))
     else:
         rospy.loginfo("tracking: no ~load_cells; cubes in a person's trays count when seen lying")
-    TrackingNode(workspace, palette, load_parameters(rospy.get_param("~tracking")), scales)
+    TrackingNode(
+        workspace, palette, settings_from(TrackingParameters, rospy.get_param("~tracking")), scales
+    )
     rospy.spin()
 
 

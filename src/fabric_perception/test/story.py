@@ -4,8 +4,9 @@
 import numpy as np
 from drawn import GREY, Painter, camera, palette, workspace
 
+from fabric_perception.settings import settings_from
 from fabric_perception.tracking.carriers import Signals
-from fabric_perception.tracking.parameters import load_parameters
+from fabric_perception.tracking.parameters import TrackingParameters
 from fabric_perception.tracking.pipeline import Tracking
 
 PERIOD = 0.1  # s between two pictures
@@ -21,7 +22,7 @@ class Story:
 
     def __init__(self, scenario="sorting", parameters=None, signals=True, **looks):
         self.workspace, self.camera = workspace(scenario), camera()
-        values = load_parameters(parameters or {})
+        values = settings_from(TrackingParameters, parameters or {})
         self.tracking = Tracking(self.camera, self.workspace, palette(), values)
         self.painter = Painter(self.camera, self.workspace, seed=101)
         self.looks = {"noise": 3.0, "blur": 0.6, "holes": 0.01, "depth_noise": 0.0012} | looks

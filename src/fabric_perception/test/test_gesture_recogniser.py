@@ -209,7 +209,7 @@ def test_a_card_of_other_arrays_is_refused(trained, tmp_path):
         ("labels", ["idle"], "must be"),
         ("garbage", 9, "garbage is 9"),
         ("score", {"evidence_weight": -1.0}, "evidence_weight is -1.0"),
-        ("score", {"weight": 1.0}, "unknown setting 'weight'"),
+        ("score", {"weight": 1.0}, "unknown parameter 'weight'"),
         ("features", {"kind": "thesis"}, "features are 3, the model has 10"),
         ("arrays", "g.npz", "it must name a file"),
         ("arrays", {"file": "none.npz", "sha256": ""}, "none.npz: cannot be read"),

@@ -12,10 +12,11 @@ from head_scene import CONFIG, HEAD, HELMET, camera, head
 
 from fabric_perception.head.helmet import Helmet
 from fabric_perception.head.looking import LookingAround, offsets
-from fabric_perception.head.parameters import HeadParameters, load_parameters
+from fabric_perception.head.parameters import HeadParameters
 from fabric_perception.head.picture import Optics, helmet_picture
 from fabric_perception.head.tracker import HeadTracker
 from fabric_perception.images import ImageError
+from fabric_perception.settings import settings_from
 
 WORK = np.array((0.30, 0.0, 0.10))
 TURN = 1.1  # rad, of a head that looks around
@@ -37,7 +38,7 @@ def believed(parameters: HeadParameters, turns, period: float = PERIOD) -> list[
 def test_the_shipped_parameters_are_the_defaults():
     held = yaml.safe_load((CONFIG / "head.yaml").read_text())
     assert held == dataclasses.asdict(HeadParameters())
-    assert load_parameters(held) == HeadParameters()
+    assert settings_from(HeadParameters, held) == HeadParameters()
 
 
 @pytest.mark.parametrize(
@@ -53,7 +54,7 @@ def test_the_shipped_parameters_are_the_defaults():
 )
 def test_a_bad_parameter_is_refused_by_name_and_value(changes, words):
     with pytest.raises(ValueError, match=words):
-        load_parameters(changes)
+        settings_from(HeadParameters, changes)
 
 
 # -- where a face points ---------------------------------------------------------------------------

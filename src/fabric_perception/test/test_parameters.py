@@ -7,13 +7,14 @@ from pathlib import Path
 import pytest
 import yaml
 
-from fabric_perception.parameters import ObservationParameters, load_parameters, parameter_table
+from fabric_perception.parameters import ObservationParameters
+from fabric_perception.settings import settings_from, settings_table
 
 PACKAGE = Path(__file__).resolve().parents[1]
 
 
 def test_what_is_not_given_keeps_its_default():
-    assert load_parameters({"action_percepts": 3}).same_action_timeout == 3.0
+    assert settings_from(ObservationParameters, {"action_percepts": 3}).same_action_timeout == 3.0
 
 
 @pytest.mark.parametrize(
@@ -29,13 +30,13 @@ def test_what_is_not_given_keeps_its_default():
 )
 def test_a_bad_parameter_is_refused_by_name(values, message):
     with pytest.raises(ValueError, match=message):
-        load_parameters(values)
+        settings_from(ObservationParameters, values)
 
 
 def test_the_shipped_file_holds_the_defaults():
     shipped = yaml.safe_load((PACKAGE / "config" / "observation.yaml").read_text())
-    assert load_parameters(shipped) == ObservationParameters()
+    assert settings_from(ObservationParameters, shipped) == ObservationParameters()
 
 
 def test_the_readme_table_is_the_generated_one():
-    assert parameter_table() in (PACKAGE / "README.md").read_text()
+    assert settings_table(ObservationParameters) in (PACKAGE / "README.md").read_text()

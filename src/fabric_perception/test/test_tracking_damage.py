@@ -9,9 +9,10 @@ import pytest
 from drawn import CELL, Painter, camera, palette, workspace
 
 from fabric_msgs.msg import Cube
+from fabric_perception.settings import settings_from
 from fabric_perception.tracking.health import ERROR, OK, WARN, Health
 from fabric_perception.tracking.images import ImageError
-from fabric_perception.tracking.parameters import TrackingParameters, load_parameters
+from fabric_perception.tracking.parameters import TrackingParameters
 from fabric_perception.tracking.pipeline import Tracking
 from fabric_perception.tracking.settings import SettingsError
 from fabric_perception.tracking.workspace import Workspace
@@ -135,11 +136,11 @@ def test_cell_files_are_refused_by_file_and_entry(tmp_path):
 )
 def test_parameters_are_refused_by_name(values, words):
     with pytest.raises(ValueError, match=words):
-        load_parameters(values)
+        settings_from(TrackingParameters, values)
 
 
 def test_parameters_can_be_replaced_one_by_one():
-    assert load_parameters({"glove_area": [0.001, 0.01]}) == replace(
+    assert settings_from(TrackingParameters, {"glove_area": [0.001, 0.01]}) == replace(
         TrackingParameters(), glove_area=(0.001, 0.01)
     )
 

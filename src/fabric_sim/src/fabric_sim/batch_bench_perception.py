@@ -25,13 +25,13 @@ import yaml
 from fabric_perception.camera import Camera
 from fabric_perception.gestures.model_file import load
 from fabric_perception.gestures.recogniser import GestureRecogniser, RecogniserParameters
-from fabric_perception.gestures.settings import settings_from
 from fabric_perception.head import bench as head_bench
 from fabric_perception.head.helmet import load_helmet
-from fabric_perception.head.parameters import load_parameters as load_head
+from fabric_perception.head.parameters import HeadParameters
+from fabric_perception.settings import settings_from
 from fabric_perception.tracking.bench import measure as measure_tracking
 from fabric_perception.tracking.colours import Palette
-from fabric_perception.tracking.parameters import load_parameters as load_tracking
+from fabric_perception.tracking.parameters import TrackingParameters
 from fabric_perception.tracking.pipeline import Tracking
 from fabric_perception.tracking.workspace import Workspace
 from fabric_planner.bench_record import Figure, beside, figure, hardware
@@ -77,7 +77,7 @@ class Setup(NamedTuple):
             Camera(eye.K, eye.width, eye.height, eye.pose),
             Workspace.load(files.share("fabric_bringup") / "config/cell.yaml", SCENARIO),
             Palette.load(own / "colours.yaml"),
-            load_tracking(_yaml(own / "tracking.yaml")),
+            settings_from(TrackingParameters, _yaml(own / "tracking.yaml")),
             parameters,
             files,
         )
@@ -130,7 +130,7 @@ def measure(count: int, rounds: int) -> Iterator[Figure]:
     own = setup.files.share("fabric_perception") / "config"
     head = head_bench.measure(
         load_helmet(own / "helmet.yaml"),
-        load_head(_yaml(own / "head.yaml")),
+        settings_from(HeadParameters, _yaml(own / "head.yaml")),
         min(count, HELMET_PICTURES), SEED, rounds,
     )  # fmt: skip
     yield from _head(head)

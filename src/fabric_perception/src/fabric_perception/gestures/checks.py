@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """What a sequence must be before anything is learnt from it or said about it."""
 
-import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -48,12 +47,3 @@ def check_sequences(sequences: Sequence[Any], labels: Sequence[Any]) -> list[Arr
         raise ValueError("sequence 0 has no features")
     rest = enumerate(sequences[1:], 1)
     return [first, *(check_sequence(item, width, f"sequence {i}") for i, item in rest)]
-
-
-def check_number(name: str, value: Any, bounds: tuple[float, float], kind: type) -> None:
-    """Raise ValueError naming a setting that is no finite number of that kind within bounds."""
-    numeric = isinstance(value, (int, float)) and not isinstance(value, bool)
-    if not numeric or (kind is int and not isinstance(value, int)):
-        raise ValueError(f"{name} is {value!r}; it must be of type {kind.__name__}")
-    if not math.isfinite(value) or not bounds[0] <= value <= bounds[1]:
-        raise ValueError(f"{name} is {value}; it must lie in {bounds[0]:g}..{bounds[1]:g}")

@@ -12,7 +12,7 @@ import numpy as np
 
 from fabric_perception.gestures.checks import Array
 from fabric_perception.gestures.recording import Recording
-from fabric_perception.gestures.settings import check_settings, setting
+from fabric_perception.settings import check_settings, setting
 
 KINDS = ("relative", "thesis")
 AXES = "xyz"

@@ -18,7 +18,8 @@ import yaml
 
 from fabric_perception.gestures.features import FeatureSettings
 from fabric_perception.gestures.model import GestureModel
-from fabric_perception.gestures.settings import ScoreSettings, settings_from
+from fabric_perception.gestures.settings import ScoreSettings
+from fabric_perception.settings import settings_from
 
 FORMAT = "fabric-gestures"
 VERSION = 1
@@ -97,7 +98,7 @@ def load(path: str | Path | None = None) -> TrainedGestures:
             labels=tuple(str(name) for name in card["labels"]), garbage=card["garbage"], **arrays
         )
         score = settings_from(ScoreSettings, card["score"])
-        features = settings_from(FeatureSettings, _tuples(card["features"]))
+        features = settings_from(FeatureSettings, card["features"])
         if len(features.names) != model.width:
             raise ValueError(f"features are {len(features.names)}, the model has {model.width}")
     except (ValueError, TypeError, AttributeError) as error:
@@ -160,7 +161,3 @@ def _replace(path: Path, content: bytes) -> None:
 
 def _plain(values: dict[str, Any]) -> dict[str, Any]:
     return {key: list(v) if isinstance(v, tuple) else v for key, v in values.items()}
-
-
-def _tuples(values: Mapping[str, Any]) -> dict[str, Any]:
-    return {key: tuple(v) if isinstance(v, list) else v for key, v in values.items()}

@@ -1,38 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Settings of the classifier, each with unit, range and default in one place."""
+"""Settings of the classifier."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
-from typing import Any, TypeVar
+from dataclasses import dataclass
 
-from fabric_perception.gestures.checks import check_number
-
-Settings = TypeVar("Settings")
-
-
-def setting(default: Any, unit: str, low: float, high: float, text: str) -> Any:
-    """A field of a settings class; numbers are checked, `low` and `high` are allowed."""
-    return field(default=default, metadata={"unit": unit, "range": (low, high), "text": text})
-
-
-def check_settings(settings: Any) -> None:
-    """Raise ValueError naming the first number that is out of its range."""
-    for item in fields(settings):
-        if "range" in item.metadata:
-            value = getattr(settings, item.name)
-            check_number(item.name, value, item.metadata["range"], type(item.default))
-
-
-def settings_from(kind: type[Settings], values: Mapping[str, Any]) -> Settings:
-    """Return settings of this kind; what is not given keeps its default.
-
-    Raises ValueError naming an unknown key or a bad value.
-    """
-    known = [item.name for item in fields(kind)]  # type: ignore[arg-type]
-    for name in values:
-        if name not in known:
-            raise ValueError(f"unknown setting {name!r}; known are {', '.join(known)}")
-    return kind(**values)
+from fabric_perception.settings import check_settings, setting
 
 
 @dataclass(frozen=True)
