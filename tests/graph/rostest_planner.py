@@ -342,6 +342,27 @@ class NodesTest(unittest.TestCase):
         self.assertTrue(client.wait_for_result(rospy.Duration(DEADLINE)))
         self.assertEqual(client.get_result().outcome, ExecuteRobotActionResult.REFUSED)
 
+    def test_a_gesture_is_played_and_a_cancel_beats_it(self):
+        self.start_task()
+        client = actionlib.SimpleActionClient("robot/execute", ExecuteRobotActionAction)
+        self.assertTrue(client.wait_for_server(rospy.Duration(DEADLINE)))
+        goals = len(self.world.goals)
+        client.send_goal(ExecuteRobotActionGoal(gesture="pointing_2"))
+        self.world.wait(lambda: len(self.world.goals) > goals, "the gesture")
+        self.assertAlmostEqual(self.world.goals[-1].get_goal().pose.position.z, 0.195)
+        self.decide(Decision.CANCEL)
+        self.assertTrue(client.wait_for_result(rospy.Duration(DEADLINE)))
+        self.assertEqual(client.get_result().outcome, ExecuteRobotActionResult.PRE_EMPTED)
+        self.drive(1)
+        client.send_goal(ExecuteRobotActionGoal(gesture="wave"))
+        self.assertTrue(client.wait_for_result(rospy.Duration(DEADLINE)))
+        self.assertEqual(client.get_result().outcome, ExecuteRobotActionResult.REFUSED)
+        self.assertIn("no gesture 'wave'", client.get_result().reason)
+
+    def test_without_a_tracked_hand_no_distance_is_told(self):
+        self.until(lambda: self.world.last("safety/state"))
+        self.assertTrue(math.isnan(self.world.last("safety/state").separation))
+
     def test_robot_state_repeats_without_counting(self):
         seen = len(self.world.heard["robot/state"])
         w = self.world

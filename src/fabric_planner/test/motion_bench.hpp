@@ -20,6 +20,7 @@ inline TaskView sortingTask(std::uint32_t id, int status) {
 inline constexpr int SHOWING_RULES = 1;
 inline constexpr int RUNNING = 2;
 inline constexpr int RED = 1;
+inline constexpr double SLOW_FACTOR = 0.4;
 
 /// A motion agent with a pretend arm that keeps the books: what is outstanding, what was sent.
 class MotionBench {
@@ -44,6 +45,7 @@ class MotionBench {
         EXPECT_FALSE(outstanding) << "two outstanding moves";
         EXPECT_FALSE(agent.stopped()) << "a move while stopped";
         EXPECT_FALSE(agent.heldByWarning()) << "a move while held by a warning";
+        EXPECT_NE(agent.separation(), Separation::STOP) << "a move while a hand is too close";
         EXPECT_EQ(command.number, moves + 1);
         EXPECT_GT(command.speed, 0.0);
         ++moves;
@@ -73,7 +75,7 @@ class MotionBench {
   /// The outstanding move ends as it should; a cube that is lifted leaves the pick point.
   void step() {
     ASSERT_TRUE(outstanding);
-    const bool lifts = suction && tool == places.pick && outstanding->pose.z > tool.z;
+    const bool lifts = suction && tool == places.pick() && outstanding->pose.z > tool.z;
     if (lifts && sticks && !cancelled) cube(false);
     arm(cancelled ? ArmOutcome::PRE_EMPTED : ArmOutcome::REACHED);
   }
@@ -90,7 +92,17 @@ class MotionBench {
     ASSERT_TRUE(outstanding) << "the pose never came";
   }
 
+  void play(const std::string& gesture) { apply(agent.onGesture(gesture)); }
+  void separate(Separation level) { apply(agent.onSeparation(level, SLOW_FACTOR)); }
+
   void decide(Action action) { apply(agent.onDecision(action, ++decisions)); }
+
+  /// The camera sees a red cube at the cup, or none.
+  void seeAtCup(bool present) {
+    std::vector<SeenCube> cubes;
+    if (present) cubes.push_back({RED, SeenCube::WHERE_ROBOT, 0.9});
+    apply(agent.onCubes(cubes));
+  }
 
   /// The sensor and the camera see a red cube at the pick point, or none.
   void cube(bool present) {

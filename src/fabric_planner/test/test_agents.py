@@ -7,8 +7,11 @@ import threading
 from pathlib import Path
 from types import SimpleNamespace
 
+import genpy
 import numpy as np
 import pytest
+from geometry_msgs.msg import Point
+from std_msgs.msg import Header
 
 import fabric_planner as fp
 from fabric_msgs.msg import (
@@ -16,6 +19,7 @@ from fabric_msgs.msg import (
     CubeArray,
     Decision,
     ExecuteRobotActionResult,
+    HandState,
     MoveArmResult,
     Observation,
     RobotActionState,
@@ -27,6 +31,8 @@ PACKAGE = Path(__file__).resolve().parents[1]
 MODELS = PACKAGE / "models"
 HELPER = str(PACKAGE / "test" / "models" / "helper.pomdpx")
 MOTION = str(PACKAGE / "config" / "motion.yaml")
+SAFETY = str(PACKAGE / "config" / "safety.yaml")
+CELL = str(PACKAGE.parents[1] / "launch" / "config" / "cell.yaml")
 
 
 def options(max_nodes=200):
@@ -238,6 +244,63 @@ def test_a_warning_holds_and_a_stop_latches():
     assert agent.on_decision("idle", 2) == []
     assert agent.on_release() == []
     assert len(agent.on_decision("idle", 3)) == 1
+
+
+def test_a_gesture_is_played_by_its_name():
+    agent = ready_agent()
+    assert fp.MotionConfig.load(MOTION).gestures["pointing_2"] == "point"
+    log = finish(agent, agent.on_gesture("pointing_2"))
+    assert len(log) == 6
+    assert agent.state().current == Decision.IDLE
+    assert [end.outcome for end in agent.take_ends()] == [ExecuteRobotActionResult.DONE]
+    with pytest.raises(fp.ModelError, match="no gesture 'wave'; known: cancel, grasp"):
+        agent.on_gesture("wave")
+
+
+def test_a_cube_lost_on_the_way_is_reported():
+    agent = ready_agent()
+    commands = agent.on_decision("grasp", 1)
+    while not agent.state().holding:
+        commands = agent.on_arm_result(agent.outstanding, MoveArmResult.REACHED)
+    agent.on_conveyor(False)
+    agent.on_cubes(cubes(Cube.WHERE_ROBOT))
+    for _ in range(3):
+        commands = agent.on_cubes(CubeArray())
+    assert fp.CommandKind.SUCTION_OFF in [command.kind for command in commands]
+    message = agent.state().fill(RobotActionState())
+    assert message.lost
+    assert not message.holding
+    finish(agent, agent.on_arm_result(agent.outstanding, MoveArmResult.PRE_EMPTED))
+    assert agent.take_ends()[-1].outcome == ExecuteRobotActionResult.CUBE_LOST
+
+
+def hand(x, stamp, visible=True):
+    header = Header(stamp=genpy.Time.from_sec(stamp))
+    return HandState(header=header, visible=visible, position=Point(x, 0.0, 0.185))
+
+
+def test_the_distance_of_a_hand_slows_and_stops_the_arm():
+    agent = ready_agent()
+    monitor = fp.SafetyMonitor(SAFETY)
+    arm = fp.ArmPlace.load(CELL)
+    (move,) = agent.on_decision("planning", 1)
+    levels = []
+    for step, x in enumerate((0.60, 0.42, 0.30, 0.60)):
+        now = 10.0 + 0.1 * step
+        monitor.on_tool(now, 0.20, 0.0, 0.05)
+        monitor.on_hand(hand(x, now), arm)
+        state = monitor.assess(monitor.newest)
+        levels.append(state.level)
+        commands = agent.on_separation(state.level, monitor.slow_factor)
+        if step == 1:
+            assert [c.kind for c in commands] == [fp.CommandKind.CANCEL]
+            (slow,) = agent.on_arm_result(move.number, MoveArmResult.PRE_EMPTED)
+            assert slow.speed == pytest.approx(monitor.slow_factor * move.speed)
+            agent.on_tool(slow.x, slow.y, slow.z)  # there already: it only waits
+        else:
+            assert commands == []
+    R, S = fp.Separation.RUN, fp.Separation.SLOW
+    assert levels == [R, S, fp.Separation.STOP, R]
 
 
 def test_the_arbiter_speaks_names_and_numbers():

@@ -18,7 +18,7 @@ std::vector<Kind> kinds(const MotionBench& bench) {
 TEST(Idle, DrivesHomeOnceAndRestsThere) {
   MotionBench bench;
   bench.decide(A::IDLE);
-  EXPECT_EQ(bench.path(), std::vector{bench.places.home});
+  EXPECT_EQ(bench.path(), std::vector{bench.places.home()});
   bench.finish();
   EXPECT_EQ(bench.agent.state().phase, Phase::REST);
   bench.decide(A::IDLE);
@@ -29,8 +29,8 @@ TEST(Idle, DrivesHomeOnceAndRestsThere) {
 TEST(Planning, StandsAtItsPoseLongEnoughAndIsThenPlanned) {
   MotionBench bench = MotionBench::ready();
   bench.decide(A::PLANNING);
-  ASSERT_EQ(bench.path(), std::vector{bench.places.planning});
-  EXPECT_DOUBLE_EQ(bench.outstanding->settle, bench.places.plan_time);
+  ASSERT_EQ(bench.path(), std::vector{bench.places.poses.at("beside_belt")});
+  EXPECT_DOUBLE_EQ(bench.outstanding->settle, 3.4);
   EXPECT_FALSE(bench.agent.state().planned);
   bench.finish();
   EXPECT_TRUE(bench.agent.state().planned);
@@ -60,8 +60,9 @@ TEST(Point, RearsUpNodsAtTheCubeAndGoesHome) {
   bench.decide(A::POINT);
   bench.finish();
   const MotionConfig& c = bench.places;
-  const ToolPose low = c.point.at(c.point.z - c.nod_depth);
-  EXPECT_EQ(bench.path(), (std::vector{c.attention, c.point, low, c.point, low, c.home}));
+  const ToolPose down = c.poses.at("point");
+  const ToolPose low = down.at(down.z - 0.025);
+  EXPECT_EQ(bench.path(), (std::vector{c.poses.at("attention"), down, low, down, low, c.home()}));
 }
 
 TEST(Grasp, PlansTakesTheCubePutsItIntoItsTrayAndGoesHome) {
@@ -69,11 +70,11 @@ TEST(Grasp, PlansTakesTheCubePutsItIntoItsTrayAndGoesHome) {
   bench.decide(A::GRASP);
   bench.finish();
   const MotionConfig& c = bench.places;
-  const ToolPose above = c.pick.at(c.above_pick);
+  const ToolPose above = c.pick().at(c.above_pick);
   const ToolPose tray = c.trays.at("red");
   const ToolPose over = tray.at(c.above_tray);
-  EXPECT_EQ(bench.path(), (std::vector{c.planning, above, c.pick, c.pick, above, c.side, over, tray,
-                                       tray, over, c.side, c.home}));
+  EXPECT_EQ(bench.path(), (std::vector{c.poses.at("beside_belt"), above, c.pick(), c.pick(), above,
+                                       c.side(), over, tray, tray, over, c.side(), c.home()}));
   EXPECT_EQ(bench.lastEnd(), ActionOutcome::DONE);
   EXPECT_FALSE(bench.agent.state().holding);
   EXPECT_FALSE(bench.agent.state().planned);
@@ -84,14 +85,14 @@ TEST(Grasp, StartsAtOnceWhenPlanned) {
   bench.decide(A::PLANNING);
   bench.finish();
   bench.decide(A::GRASP);
-  const ToolPose above = bench.places.pick.at(bench.places.above_pick);
+  const ToolPose above = bench.places.pick().at(bench.places.above_pick);
   EXPECT_EQ(bench.outstanding->pose, above);
 }
 
 TEST(Grasp, HoldsTheCubeOnlyBetweenLiftAndRelease) {
   MotionBench bench = MotionBench::ready();
   bench.decide(A::GRASP);
-  bench.until(bench.places.pick);
+  bench.until(bench.places.pick());
   EXPECT_FALSE(bench.agent.state().holding);
   bench.step();
   EXPECT_TRUE(bench.suction);
@@ -128,7 +129,7 @@ TEST(Grasp, WithoutACubeGoesHomeAndSaysSo) {
   bench.finish();
   bench.cube(false);
   bench.decide(A::GRASP);
-  EXPECT_EQ(bench.outstanding->pose, bench.places.home);
+  EXPECT_EQ(bench.outstanding->pose, bench.places.home());
   EXPECT_EQ(bench.agent.state().phase, Phase::RETREAT);
   bench.finish();
   EXPECT_EQ(bench.lastEnd(), ActionOutcome::NOTHING_TO_GRASP);
@@ -144,14 +145,14 @@ TEST(Grasp, OfAColourWithoutRuleIsRefused) {
 TEST(Grasp, IsAbortedWhenTheCubeIsTakenAwayBeforeContact) {
   MotionBench bench = MotionBench::ready();
   bench.decide(A::GRASP);
-  bench.until(bench.places.pick);
+  bench.until(bench.places.pick());
   bench.cube(false);
   EXPECT_TRUE(bench.cancelled);
   bench.step();
-  const ToolPose above = bench.places.pick.at(bench.places.above_pick);
+  const ToolPose above = bench.places.pick().at(bench.places.above_pick);
   EXPECT_EQ(bench.outstanding->pose, above) << "up first";
   bench.step();
-  EXPECT_EQ(bench.outstanding->pose, bench.places.home);
+  EXPECT_EQ(bench.outstanding->pose, bench.places.home());
   bench.finish();
   EXPECT_EQ(bench.lastEnd(), ActionOutcome::NOTHING_TO_GRASP);
   EXPECT_FALSE(bench.suction);
@@ -160,7 +161,7 @@ TEST(Grasp, IsAbortedWhenTheCubeIsTakenAwayBeforeContact) {
 TEST(Grasp, NoticesACubeThatWasTakenUnderTheCup) {
   MotionBench bench = MotionBench::ready();
   bench.decide(A::GRASP);
-  bench.until(bench.places.pick);
+  bench.until(bench.places.pick());
   bench.step();
   ASSERT_TRUE(bench.suction);
   bench.cube(false);
@@ -173,7 +174,7 @@ TEST(Grasp, NoticesACubeThatWasTakenUnderTheCup) {
 TEST(Grasp, TrustsTheCameraThatSeesTheCubeAtTheCup) {
   MotionBench bench = MotionBench::ready();
   bench.decide(A::GRASP);
-  bench.until(bench.places.pick);
+  bench.until(bench.places.pick());
   bench.step();
   bench.cube(false);
   bench.apply(bench.agent.onCubes({{RED, SeenCube::WHERE_ROBOT, 0.9}}));
@@ -195,7 +196,7 @@ TEST(Cancel, StopsAtOnceAndGoesHome) {
   bench.decide(A::CANCEL);
   EXPECT_EQ(kinds(bench), (std::vector{Kind::MOVE, Kind::CANCEL}));
   bench.step();
-  EXPECT_EQ(bench.outstanding->pose, bench.places.home);
+  EXPECT_EQ(bench.outstanding->pose, bench.places.home());
   EXPECT_EQ(bench.agent.state().pre_empted, A::PLANNING);
   EXPECT_EQ(bench.lastEnd(), ActionOutcome::PRE_EMPTED);
 }
@@ -204,29 +205,29 @@ TEST(Cancel, PutsAHeldCubeBackOnTheBelt) {
   MotionBench bench = MotionBench::ready();
   bench.decide(A::GRASP);
   const ToolPose tray = bench.places.trays.at("red");
-  bench.until(bench.places.pick);
+  bench.until(bench.places.pick());
   bench.until(tray);
   bench.log.clear();
   bench.decide(A::CANCEL);
   bench.finish();
   const MotionConfig& c = bench.places;
-  const ToolPose above = c.drop_back.at(c.above_pick);
-  EXPECT_EQ(bench.path(), (std::vector{tray.at(c.above_tray), c.side, above, c.drop_back,
-                                       c.drop_back, above, c.home}));
+  const ToolPose above = c.dropBack().at(c.above_pick);
+  EXPECT_EQ(bench.path(), (std::vector{tray.at(c.above_tray), c.side(), above, c.dropBack(),
+                                       c.dropBack(), above, c.home()}));
   EXPECT_FALSE(bench.suction);
 }
 
 TEST(Cancel, LetsGoOfACubeThatIsNotLiftedYet) {
   MotionBench bench = MotionBench::ready();
   bench.decide(A::GRASP);
-  bench.until(bench.places.pick);
+  bench.until(bench.places.pick());
   bench.step();
   ASSERT_TRUE(bench.suction);
   bench.log.clear();
   bench.decide(A::CANCEL);
   bench.finish();
   const MotionConfig& c = bench.places;
-  EXPECT_EQ(bench.path(), (std::vector{c.pick, c.pick, c.pick.at(c.above_pick), c.home}));
+  EXPECT_EQ(bench.path(), (std::vector{c.pick(), c.pick(), c.pick().at(c.above_pick), c.home()}));
   EXPECT_FALSE(bench.suction);
 }
 
@@ -236,7 +237,7 @@ TEST(Queue, TheNewestDecisionWaitsForTheEnd) {
   bench.decide(A::GRASP);
   bench.decide(A::PLANNING);
   EXPECT_EQ(bench.agent.state().queued, A::PLANNING);
-  bench.until(bench.places.planning);
+  bench.until(bench.places.poses.at("beside_belt"));
   EXPECT_FALSE(bench.agent.state().queued);
   EXPECT_EQ(bench.agent.state().current, A::PLANNING);
 }
@@ -252,15 +253,15 @@ TEST(Queue, IsClearedByADecisionForTheRunningAction) {
 TEST(Queue, AGraspThatOnlyDrivesHomeGivesWayToTheNextGrasp) {
   MotionBench bench = MotionBench::ready();
   bench.decide(A::GRASP);
-  bench.until(bench.places.side);
+  bench.until(bench.places.side());
   bench.step();
-  bench.until(bench.places.side);  // on the way back
+  bench.until(bench.places.side());  // on the way back
   bench.cube(true);
   bench.agent.takeEnds();
   bench.decide(A::GRASP);
   EXPECT_EQ(bench.lastEnd(), ActionOutcome::DONE) << "the first cube is in its tray";
   bench.step();
-  bench.until(bench.places.planning);
+  bench.until(bench.places.poses.at("beside_belt"));
 }
 
 TEST(Warning, HoldsTheArmAtOnceAndTheNextDecisionLetsItGoOn) {
@@ -272,7 +273,7 @@ TEST(Warning, HoldsTheArmAtOnceAndTheNextDecisionLetsItGoOn) {
   EXPECT_FALSE(bench.outstanding);
   bench.decide(A::IDLE);
   ASSERT_TRUE(bench.outstanding);
-  EXPECT_EQ(bench.outstanding->pose, bench.places.planning) << "planning goes on";
+  EXPECT_EQ(bench.outstanding->pose, bench.places.poses.at("beside_belt")) << "planning goes on";
   EXPECT_EQ(bench.agent.state().queued, A::IDLE);
 }
 
@@ -283,7 +284,7 @@ TEST(Warning, FollowedByCancelRunsTheCancelScript) {
   bench.decide(A::CANCEL);
   bench.step();
   EXPECT_EQ(bench.agent.state().current, A::CANCEL);
-  EXPECT_EQ(bench.outstanding->pose, bench.places.home);
+  EXPECT_EQ(bench.outstanding->pose, bench.places.home());
 }
 
 TEST(Stop, LatchesUntilReleasedAndADecisionIsMade) {
@@ -299,19 +300,19 @@ TEST(Stop, LatchesUntilReleasedAndADecisionIsMade) {
   bench.apply(bench.agent.onRelease());
   EXPECT_FALSE(bench.outstanding) << "a release moves nothing";
   bench.decide(A::IDLE);
-  EXPECT_EQ(bench.outstanding->pose, bench.places.home);
+  EXPECT_EQ(bench.outstanding->pose, bench.places.home());
 }
 
 TEST(Stop, KeepsTheCubeAndTheNextActionPutsItBack) {
   MotionBench bench = MotionBench::ready();
   bench.decide(A::GRASP);
-  bench.until(bench.places.side);
+  bench.until(bench.places.side());
   bench.apply(bench.agent.onStop("button"));
   bench.step();
   EXPECT_TRUE(bench.suction);
   bench.apply(bench.agent.onRelease());
   bench.decide(A::IDLE);
-  bench.until(bench.places.drop_back);
+  bench.until(bench.places.dropBack());
   bench.finish();
   EXPECT_FALSE(bench.suction);
 }
@@ -340,7 +341,7 @@ TEST(Task, ANewOneBringsTheArmHome) {
   bench.apply(bench.agent.onTask(sortingTask(2, SHOWING_RULES)));
   EXPECT_FALSE(bench.agent.state().queued);
   bench.step();
-  EXPECT_EQ(bench.outstanding->pose, bench.places.home);
+  EXPECT_EQ(bench.outstanding->pose, bench.places.home());
 }
 
 TEST(Task, ThatIsOverAllowsOnlyToWithdraw) {
@@ -348,7 +349,7 @@ TEST(Task, ThatIsOverAllowsOnlyToWithdraw) {
   bench.decide(A::PLANNING);
   bench.apply(bench.agent.onTask(sortingTask(1, TaskView::SUCCEEDED)));
   bench.finish();
-  EXPECT_EQ(bench.tool, bench.places.home);
+  EXPECT_EQ(bench.tool, bench.places.home());
   bench.decide(A::GRASP);
   EXPECT_EQ(bench.lastEnd(), ActionOutcome::REFUSED);
   bench.decide(A::CANCEL);

@@ -36,6 +36,7 @@ enum class ActionOutcome {
   NOTHING_TO_GRASP = 3,
   ARM_FAILED = 4,
   STOPPED = 5,
+  CUBE_LOST = 6,
 };
 
 /// The end of one request for an action.
@@ -45,6 +46,9 @@ struct ActionEnd {
   ActionOutcome outcome = ActionOutcome::DONE;
   std::string reason;
 };
+
+/// How close the person's hand is to the arm, numbered as in fabric_msgs/SafetyState.
+enum class Separation { RUN = 0, SLOW = 1, STOP = 2 };
 
 /// A cube as perceived; numbers as in fabric_msgs/Cube.
 struct SeenCube {
@@ -75,6 +79,7 @@ struct RobotState {
   std::optional<Action> pre_empted;
   Phase phase = Phase::REST;
   bool holding = false;
+  bool lost = false;
   bool planned = false;
   std::uint32_t decision_sequence = 0;
 };
@@ -84,7 +89,8 @@ struct RobotState {
 /// Event-driven and without a clock: every input returns the commands it causes, in order. At most
 /// one move is outstanding (sent, and neither reached nor given up by the arm); a script goes on
 /// when its move's result is in. After a warning nothing moves until the next decision; after a
-/// stop nothing moves until the release and a decision after it.
+/// stop nothing moves until the release and a decision after it; while the person's hand is too
+/// close nothing moves, and the script goes on by itself when it has gone.
 class MotionAgent {
  public:
   explicit MotionAgent(MotionConfig config);
@@ -92,6 +98,8 @@ class MotionAgent {
   /// @param sequence number of the decision, 0 when none stands behind the request
   /// @param task_id  task it was made for; 0 is never stale
   MotionCommands onDecision(Action action, std::uint32_t sequence, std::uint32_t task_id = 0);
+  /// Plays a gesture, arbitrated as the action it stands for. @throw ModelError for another name
+  MotionCommands onGesture(const std::string& name, std::uint32_t sequence = 0);
   /// Numbers that are not outstanding are ignored.
   MotionCommands onArmResult(std::uint32_t number, ArmOutcome outcome,
                              const std::string& reason = "");
@@ -102,16 +110,21 @@ class MotionAgent {
   MotionCommands onCubes(const std::vector<SeenCube>& cubes);
   MotionCommands onTask(const TaskView& task);
   MotionCommands onWarning();
+  /// Where the tool is; causes nothing by itself.
+  void onTool(const ToolPose& tool) { tool_ = tool; }
+  /// @param slow_factor of all speeds while SLOW, in (0, 1]
+  MotionCommands onSeparation(Separation separation, double slow_factor);
   MotionCommands onStop(const std::string& cause);
   MotionCommands onRelease();
 
   [[nodiscard]] const RobotState& state() const { return state_; }
   [[nodiscard]] bool stopped() const { return stopped_; }
   [[nodiscard]] bool heldByWarning() const { return held_; }
+  [[nodiscard]] Separation separation() const { return separation_; }
   [[nodiscard]] const std::string& cause() const { return cause_; }
   /// Number of the outstanding move.
   [[nodiscard]] std::optional<std::uint32_t> outstanding() const;
-  /// Of the newest call of onDecision.
+  /// Of the newest call of onDecision or onGesture.
   [[nodiscard]] std::uint64_t ticket() const { return ticket_; }
   /// The ends of actions since the last call.
   std::vector<ActionEnd> takeEnds();
@@ -121,11 +134,13 @@ class MotionAgent {
     std::uint32_t number;
     std::uint64_t script;
     Step step;
+    double speed;
     bool cancelled;
   };
   struct Request {
     Action action;
     std::uint64_t ticket;
+    std::string gesture;  ///< wanted by its name; empty when any of the action will do
   };
 
   template <class Event>
@@ -139,6 +154,8 @@ class MotionAgent {
   void checkGrip();
   void checkLift();
   void release();
+  void watchCup();
+  void loseCube();
   void reached(const Outstanding& move);
   void abandon(ActionOutcome outcome, const std::string& reason);
   void fail(const std::string& reason);
@@ -153,6 +170,11 @@ class MotionAgent {
   void command(MotionCommand::Kind kind, std::uint32_t number);
   void setScript(Script script);
   [[nodiscard]] Script write(Action action) const;
+  [[nodiscard]] Script wayOut(const Gesture& cancel) const;
+  [[nodiscard]] bool shows(const Request& request) const;
+  [[nodiscard]] const Gesture& gestureOf(Action action) const;
+  [[nodiscard]] double speedOf(const Step& step) const;
+  [[nodiscard]] bool atGoal() const;
   [[nodiscard]] std::optional<Action> running() const;
   [[nodiscard]] bool approaching() const;
   [[nodiscard]] bool standsAt(const ToolPose& pose) const;
@@ -167,6 +189,7 @@ class MotionAgent {
   Script script_;
   std::uint64_t script_number_ = 0;
   std::vector<Request> requests_;  ///< for the current action; empty when none is at work
+  std::string gesture_;            ///< the current action's by name; empty: the chosen one
   std::optional<Request> queued_;
   std::pair<ActionOutcome, std::string> result_;  ///< of the current action, when its script ends
   bool withdrawing_ = false;                      ///< the current action only drives home yet
@@ -176,8 +199,11 @@ class MotionAgent {
   std::uint32_t last_number_ = 0;
   std::uint64_t ticket_ = 0;
   std::optional<ToolPose> location_;  ///< the goal the arm stands at
+  std::optional<ToolPose> tool_;      ///< as the arm last said
   Entanglement entanglement_;
   bool suction_ = false;
+  bool seen_at_cup_ = false;  ///< the cube that the suction took
+  int views_without_ = 0;     ///< of the cell, in a row, since it was seen there
 
   TaskView task_;
   std::map<std::string, unsigned> placed_;  ///< cubes by tray in this task
@@ -188,6 +214,8 @@ class MotionAgent {
 
   bool held_ = false;
   bool stopped_ = false;
+  Separation separation_ = Separation::RUN;
+  double slow_factor_ = 1.0;
   std::string cause_;
 };
 

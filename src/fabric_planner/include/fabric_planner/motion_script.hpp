@@ -44,7 +44,7 @@ struct Entanglement {
   bool at_pick = false;         ///< low, and at the pick point
 };
 
-/// The robot's actions as lists of moves and suction commands; nothing here knows of time.
+/// Gestures as lists of moves and suction commands; nothing here knows of time.
 class ScriptWriter {
  public:
   explicit ScriptWriter(const MotionConfig& config) : config_(config) {}
@@ -52,20 +52,22 @@ class ScriptWriter {
   /// Rise, and come back to the side of the belt.
   [[nodiscard]] Script free(const Entanglement& from) const;
   /// As free, and put down the cube at the cup: where it came from, or where the belt begins.
-  [[nodiscard]] Script putBack(const Entanglement& from) const;
-  [[nodiscard]] Script home() const;
-  /// To the planning pose, and stand there.
-  [[nodiscard]] Script plan() const;
-  /// Rear up to face the person, point down at the cube, and home.
-  [[nodiscard]] Script point() const;
-  /// Above the cube, down, suction, up.
-  [[nodiscard]] Script pick() const;
-  /// Over the tray, down, let go, up, home; `slot` is where the cube goes.
-  [[nodiscard]] Script place(const ToolPose& slot) const;
+  [[nodiscard]] Script putBack(const Gesture& cancel, const Entanglement& from) const;
+  /// What a cancel shows when no cube hangs at the cup, or not any more.
+  [[nodiscard]] Script withdraw(const Gesture& cancel) const;
+  /// A gesture without suction.
+  [[nodiscard]] Script show(const Gesture& gesture) const;
+  /// The same; at its end the grasp is planned.
+  [[nodiscard]] Script plan(const Gesture& gesture) const;
+  /// The part of a grasp that ends with the cube lifted.
+  [[nodiscard]] Script pick(const Gesture& grasp) const;
+  /// The rest of it; `slot` is where the cube goes.
+  [[nodiscard]] Script place(const Gesture& grasp, const ToolPose& slot) const;
+  /// Where a gesture without suction ends.
+  [[nodiscard]] ToolPose endOf(const Gesture& gesture) const;
 
  private:
-  [[nodiscard]] Step move(Phase phase, const ToolPose& target, double speed,
-                          double settle = 0.0) const;
+  [[nodiscard]] Step move(Phase phase, const ToolPose& target, double speed) const;
 
   MotionConfig config_;
 };

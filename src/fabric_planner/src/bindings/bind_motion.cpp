@@ -8,6 +8,7 @@
 #include "fabric_planner/arbiter.hpp"
 #include "fabric_planner/motion_agent.hpp"
 #include "fabric_planner/pomdp.hpp"
+#include "fabric_planner/safety_monitor.hpp"
 
 namespace py = pybind11;
 using py::literals::operator""_a;
@@ -61,6 +62,7 @@ py::object fill(const RobotState& state, py::object message) {
   message.attr("pre_empted") = number(state.pre_empted);
   message.attr("phase") = static_cast<int>(state.phase);
   message.attr("holding") = state.holding;
+  message.attr("lost") = state.lost;
   message.attr("planned") = state.planned;
   message.attr("decision_sequence") = state.decision_sequence;
   return message;
@@ -115,6 +117,7 @@ void bindState(py::module_& module) {
       .def_property_readonly("pre_empted", [](const RobotState& s) { return number(s.pre_empted); })
       .def_property_readonly("phase", [](const RobotState& s) { return static_cast<int>(s.phase); })
       .def_readonly("holding", &RobotState::holding)
+      .def_readonly("lost", &RobotState::lost)
       .def_readonly("planned", &RobotState::planned)
       .def_readonly("decision_sequence", &RobotState::decision_sequence)
       .def("fill", &fill, "message"_a,
@@ -128,7 +131,7 @@ void bindEnd(py::module_& module) {
                              [](const ActionEnd& e) { return static_cast<int>(e.action); })
       .def_property_readonly(
           "outcome", [](const ActionEnd& e) { return static_cast<int>(e.outcome); },
-          "ExecuteRobotActionResult.DONE..STOPPED")
+          "ExecuteRobotActionResult.DONE..CUBE_LOST")
       .def_readonly("reason", &ActionEnd::reason);
 }
 
@@ -147,16 +150,78 @@ void bindArbiter(py::module_& module) {
       "running"_a, "next"_a, "Table 6.5; running: None when nothing runs.");
 }
 
+/// name -> name of the action it stands for
+std::map<std::string, std::string> gesturesOf(const MotionConfig& config) {
+  std::map<std::string, std::string> gestures;
+  for (const auto& [name, gesture] : config.gestures) gestures[name] = actionName(gesture.action);
+  return gestures;
+}
+
+/// A fabric_msgs/HandState in the frame of the arm.
+SeenHand toHand(const py::object& message, const ArmPlace& arm) {
+  const py::object place = message.attr("position");
+  const Point3 point{place.attr("x").cast<double>(), place.attr("y").cast<double>(),
+                     place.attr("z").cast<double>()};
+  const double stamp = message.attr("header").attr("stamp").attr("to_sec")().cast<double>();
+  return {stamp, message.attr("visible").cast<bool>(), arm.fromCell(point),
+          message.attr("age").cast<double>()};
+}
+
+void bindSafety(py::module_& module) {
+  py::enum_<Separation>(module, "Separation", "Numbered as in fabric_msgs/SafetyState.")
+      .value("RUN", Separation::RUN)
+      .value("SLOW", Separation::SLOW)
+      .value("STOP", Separation::STOP);
+  py::class_<SeparationState>(module, "SeparationState", "What hand and arm allow.")
+      .def_readonly("level", &SeparationState::level)
+      .def_readonly("distance", &SeparationState::distance, "m; infinite with nobody there")
+      .def_readonly("cause", &SeparationState::cause, "empty when RUN");
+  py::class_<ArmPlace>(module, "ArmPlace", "Where the arm stands in the cell.")
+      .def_static("load", &ArmPlace::load, "path"_a, "path: of a cell.yaml. Raises ModelError.");
+  py::class_<SafetyMonitor>(module, "SafetyMonitor", "Speed and separation (docs/motion.md).")
+      .def(py::init([](const std::string& path) {
+             return std::make_unique<SafetyMonitor>(SafetyParameters::load(path));
+           }),
+           "path"_a, "path: of a safety.yaml. Raises ModelError.")
+      .def(
+          "on_tool",
+          [](SafetyMonitor& monitor, double stamp, double x, double y, double z) {
+            monitor.onTool(stamp, {x, y, z});
+          },
+          "stamp"_a, "x"_a, "y"_a, "z"_a, "s; m in arm_base_link")
+      .def(
+          "on_hand",
+          [](SafetyMonitor& monitor, const py::object& message, const ArmPlace& arm) {
+            monitor.onHand(toHand(message, arm));
+          },
+          "message"_a, "arm"_a, "message: a fabric_msgs/HandState.")
+      .def("assess", &SafetyMonitor::assess, "now"_a, py::return_value_policy::copy, "now: s")
+      .def_property_readonly("newest", &SafetyMonitor::newest, "stamp of the newest message, s")
+      .def_property_readonly(
+          "slow_factor",
+          [](const SafetyMonitor& monitor) { return monitor.parameters().slow_factor; })
+      .def(
+          "links",
+          [](const SafetyMonitor& monitor, double x, double y, double z) {
+            std::vector<std::array<double, 3>> joints;
+            for (const Point3& p : monitor.links({x, y, z})) joints.push_back({p.x, p.y, p.z});
+            return joints;
+          },
+          "x"_a, "y"_a, "z"_a, "base, elbow, wrist and tool, m, for a tool at this place");
+}
+
 }  // namespace
 
 void bindMotion(py::module_& module) {
   bindArbiter(module);
+  bindSafety(module);
   bindCommand(module);
   bindState(module);
   bindEnd(module);
-  py::class_<MotionConfig>(module, "MotionConfig", "Places, speeds and times: m, rad, m/s, s.")
+  py::class_<MotionConfig>(module, "MotionConfig", "Places, speeds and gestures: m, rad, m/s, s.")
       .def_static("load", &MotionConfig::load, "path"_a, "Raises ModelError naming the entry.")
-      .def_static("parse", &MotionConfig::parse, "text"_a, "name"_a);
+      .def_static("parse", &MotionConfig::parse, "text"_a, "name"_a)
+      .def_property_readonly("gestures", &gesturesOf, "dict: name -> the action it stands for");
   py::class_<MotionAgent>(module, "MotionAgent",
                           "Turns decisions into arm moves. Every input returns the commands it\n"
                           "causes; at most one move is outstanding.")
@@ -172,6 +237,8 @@ void bindMotion(py::module_& module) {
             return agent.onDecision(toAction(action), sequence, task_id);
           },
           "action"_a, "sequence"_a, "task_id"_a = 0, "action: a number of Decision or a name.")
+      .def("on_gesture", &MotionAgent::onGesture, "name"_a, "sequence"_a = 0,
+           "Plays a gesture of the motion file. Raises ModelError when there is none of the name.")
       .def(
           "on_arm_result",
           [](MotionAgent& agent, std::uint32_t move, int outcome, const std::string& reason) {
@@ -189,6 +256,13 @@ void bindMotion(py::module_& module) {
           [](MotionAgent& agent, const py::object& state) { return agent.onTask(toTask(state)); },
           "state"_a, "state: a fabric_msgs/TaskState.")
       .def("on_warning", &MotionAgent::onWarning)
+      .def(
+          "on_tool",
+          [](MotionAgent& agent, double x, double y, double z) {
+            agent.onTool({x, y, z, 0.0});
+          },
+          "x"_a, "y"_a, "z"_a, "Where the tool is, m in arm_base_link.")
+      .def("on_separation", &MotionAgent::onSeparation, "separation"_a, "slow_factor"_a)
       .def("on_stop", &MotionAgent::onStop, "cause"_a)
       .def("on_release", &MotionAgent::onRelease)
       .def("state", &MotionAgent::state, py::return_value_policy::copy)

@@ -11,7 +11,7 @@ namespace {
 
 auto fields(const RobotState& state) {
   return std::tie(state.current, state.queued, state.pre_empted, state.phase, state.holding,
-                  state.planned, state.decision_sequence);
+                  state.lost, state.planned, state.decision_sequence);
 }
 
 }  // namespace
@@ -33,12 +33,20 @@ MotionCommands MotionAgent::handle(Event event) {
 MotionCommands MotionAgent::onDecision(Action action, std::uint32_t sequence,
                                        std::uint32_t task_id) {
   return handle([&] {
-    const Request request{action, ++ticket_};
+    const Request request{action, ++ticket_, ""};
     if (task_id != 0 && task_.task_id != 0 && task_id != task_.task_id) {
       return end(request, ActionOutcome::REFUSED, "it was decided for another task");
     }
     state_.decision_sequence = sequence;
     decide(request);
+  });
+}
+
+MotionCommands MotionAgent::onGesture(const std::string& name, std::uint32_t sequence) {
+  const Action action = config_.gesture(Action::IDLE, name).action;
+  return handle([&] {
+    state_.decision_sequence = sequence;
+    decide({action, ++ticket_, name});
   });
 }
 
@@ -79,6 +87,7 @@ MotionCommands MotionAgent::onCubes(const std::vector<SeenCube>& cubes) {
       best = cube.confidence;
       pick_colour_ = cube.colour;
     }
+    if (state_.holding) watchCup();
   });
 }
 
@@ -99,6 +108,17 @@ MotionCommands MotionAgent::onWarning() {
   return handle([&] {
     held_ = true;
     cancelMove();
+  });
+}
+
+/// A move that is too fast now is broken off; what remains of it follows in time.
+MotionCommands MotionAgent::onSeparation(Separation separation, double slow_factor) {
+  return handle([&] {
+    separation_ = separation;
+    slow_factor_ = slow_factor;
+    if (!outstanding_ || atGoal() || separation == Separation::RUN) return;
+    const bool too_fast = outstanding_->speed > speedOf(outstanding_->step);
+    if (separation == Separation::STOP || too_fast) cancelMove();
   });
 }
 
@@ -131,7 +151,8 @@ void MotionAgent::decide(const Request& request) {
   if (task_.over() && !withdraws) {
     return end(request, ActionOutcome::REFUSED, "the task is over");
   }
-  const Verdict verdict = arbitrate(running(), request.action);
+  Verdict verdict = arbitrate(running(), request.action);
+  if (verdict == Verdict::CONTINUE && !shows(request)) verdict = Verdict::QUEUE;
   dropQueued(ActionOutcome::PRE_EMPTED, "a newer decision came");
   switch (verdict) {
     case Verdict::START:
@@ -151,125 +172,21 @@ void MotionAgent::decide(const Request& request) {
 void MotionAgent::begin(const Request& request) {
   cancelMove();
   requests_ = {request};
+  gesture_ = request.gesture;
   result_ = {ActionOutcome::DONE, ""};
   withdrawing_ = false;
   placing_.reset();
+  state_.lost = false;
   state_.current = request.action;
   setScript(write(request.action));
   if (request.action == Action::CANCEL) state_.planned = false;
   if (request.action == Action::GRASP && !suction_) checkCube();
 }
 
-Script MotionAgent::write(Action action) const {
-  const bool rests = !suction_ && !outstanding_;
-  const Script way_out = suction_ ? writer_.putBack(entanglement_) : writer_.free(entanglement_);
-  switch (action) {
-    case Action::PLANNING:
-      if (rests && state_.planned && standsAt(config_.planning)) return {};
-      return way_out + writer_.plan();
-    case Action::POINT:
-      return way_out + writer_.point();
-    case Action::GRASP:
-      return way_out + (state_.planned ? Script() : writer_.plan()) + writer_.pick();
-    default:
-      return rests && standsAt(config_.home) ? Script() : way_out + writer_.home();
-  }
-}
-
-/// Goes through the script until a move is outstanding or nothing is left to do.
-void MotionAgent::advance() {
-  while (!stopped_ && !held_ && !outstanding_) {
-    if (script_.empty()) {
-      if (requests_.empty()) return;
-      finish();
-      continue;
-    }
-    const Step step = script_.front();
-    state_.phase = step.phase;
-    if (step.kind == StepKind::MOVE) return send(step);
-    script_.pop_front();
-    perform(step);
-  }
-}
-
-void MotionAgent::send(const Step& step) {
-  outstanding_ = Outstanding{++last_number_, script_number_, step, false};
-  location_.reset();
-  const bool at_pick =
-      step.low && step.target.x == config_.pick.x && step.target.y == config_.pick.y;
-  entanglement_ = {step.low, step.far, at_pick};
-  commands_.push_back(
-      {MotionCommand::Kind::MOVE, last_number_, step.target, step.speed, step.settle});
-}
-
-void MotionAgent::reached(const Outstanding& move) {
-  location_ = move.step.target;
-  if (entanglement_.low && standsAt(*entanglement_.low)) {
-    entanglement_.low.reset();
-    entanglement_.at_pick = false;
-  }
-  if (standsAt(config_.side)) entanglement_.far = false;
-  if (move.script != script_number_) return;
-  if (move.step.planned) state_.planned = cube_at_pick_point_;
-  script_.pop_front();
-}
-
-void MotionAgent::perform(const Step& step) {
-  switch (step.kind) {
-    case StepKind::MOVE:
-      return;
-    case StepKind::CHECK_CUBE:
-      return checkCube();
-    case StepKind::SUCTION_ON:
-      suction_ = true;
-      grip_colour_ = pick_colour_;
-      return command(MotionCommand::Kind::SUCTION_ON, 0);
-    case StepKind::CHECK_GRIP:
-      return checkGrip();
-    case StepKind::CHECK_LIFT:
-      return checkLift();
-    case StepKind::SUCTION_OFF:
-      return release();
-  }
-}
-
-void MotionAgent::checkCube() {
-  if (!cube_at_pick_point_) {
-    abandon(ActionOutcome::NOTHING_TO_GRASP, "no cube stands at the pick point");
-  } else if (!trayFor(pick_colour_)) {
-    abandon(ActionOutcome::REFUSED,
-            "no rule names a tray for colour " + std::to_string(pick_colour_));
-  }
-}
-
-/// Before the lift the cube still stands in the sensor's beam, or is seen at the cup.
-void MotionAgent::checkGrip() {
-  state_.holding = cube_at_pick_point_ || cube_at_robot_;
-  if (state_.holding) return;
-  release();
-  abandon(ActionOutcome::NOTHING_TO_GRASP, "the cube was taken away before the suction held it");
-}
-
-/// After the lift a cube in the beam is one that stayed behind, unless one is seen at the cup.
-void MotionAgent::checkLift() {
-  placing_ = trayFor(grip_colour_);
-  if (placing_ && (!cube_at_pick_point_ || cube_at_robot_)) {
-    return setScript(writer_.place(config_.slot(*placing_, placed_[*placing_])));
-  }
-  placing_.reset();
-  release();
-  abandon(ActionOutcome::NOTHING_TO_GRASP, "the cube did not come along");
-}
-
-void MotionAgent::release() {
-  suction_ = false;
-  state_.holding = false;
-  state_.planned = false;
-  command(MotionCommand::Kind::SUCTION_OFF, 0);
-  if (!placing_) return;
-  ++placed_[*placing_];
-  placing_.reset();
-  withdrawing_ = true;
+/// Whether a request for the running action gets what it wants from it.
+bool MotionAgent::shows(const Request& request) const {
+  return request.gesture.empty() || request.gesture == gesture_ ||
+         (gesture_.empty() && request.gesture == config_.chosen.at(request.action));
 }
 
 /// Ends the current action early: home, and this outcome.
@@ -333,7 +250,7 @@ void MotionAgent::dropQueued(ActionOutcome outcome, const std::string& reason) {
 void MotionAgent::goHome(const std::string& reason) {
   endCurrent(ActionOutcome::PRE_EMPTED, reason);
   state_.pre_empted.reset();
-  begin({Action::IDLE, ++ticket_});
+  begin({Action::IDLE, ++ticket_, ""});
 }
 
 void MotionAgent::startTask() {
@@ -371,15 +288,5 @@ std::optional<Action> MotionAgent::running() const {
 }
 
 bool MotionAgent::approaching() const { return running() == Action::GRASP && !suction_; }
-
-bool MotionAgent::standsAt(const ToolPose& pose) const { return location_ && *location_ == pose; }
-
-std::optional<std::string> MotionAgent::trayFor(int colour) const {
-  if (task_.scenario == "inspection") return config_.inspection_tray;
-  for (const auto& [ruled, label] : task_.rules) {
-    if (ruled == colour && config_.trays.count(label) > 0) return label;
-  }
-  return std::nullopt;
-}
 
 }  // namespace fabric::planner

@@ -1,53 +1,32 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "fabric_planner/motion_config.hpp"
 
-#include <cmath>
-
 #include "fabric_planner/pomdp.hpp"
 #include "file.hpp"
-#include "yaml.hpp"
+#include "gesture_file.hpp"
+#include "yaml_section.hpp"
 
 namespace fabric::planner {
 namespace {
 
-/// One map of the file; every entry read is checked and named in errors.
-class Section {
- public:
-  Section(const YAML::Node& node, std::string place, const std::set<std::string>& names)
-      : node_(node), place_(std::move(place)) {
-    yaml::checkMap(node_, place_, names);
-  }
+constexpr int MOST_VIEWS = 100;
 
-  [[nodiscard]] double number(const std::string& key) const {
-    return yaml::number(node_[key], place_ + ": " + key);
+/// What the agent itself has to find, among names that are free.
+void require(const yaml::Section& section, const std::vector<std::string>& names) {
+  for (const std::string& name : names) {
+    if (!section.has(name)) throw ModelError(section.place() + ": '" + name + "' is missing");
   }
-
-  [[nodiscard]] double positive(const std::string& key) const {
-    const double value = number(key);
-    if (value > 0.0) return value;
-    throw ModelError(place_ + ": " + key + ": " + std::to_string(value) + " is not positive");
-  }
-
-  [[nodiscard]] ToolPose pose(const std::string& key) const {
-    const Section entry(node_[key], place_ + ": " + key, {"x", "y", "z", "yaw"});
-    return {entry.number("x"), entry.number("y"), entry.number("z"), entry.number("yaw")};
-  }
-
- private:
-  YAML::Node node_;
-  std::string place_;
-};
+}
 
 void readPoses(const YAML::Node& root, const std::string& name, MotionConfig& config) {
-  const Section poses(root["poses"], name + ": poses",
-                      {"home", "planning", "pick", "drop_back", "side", "attention", "point"});
-  config.home = poses.pose("home");
-  config.planning = poses.pose("planning");
-  config.pick = poses.pose("pick");
-  config.drop_back = poses.pose("drop_back");
-  config.side = poses.pose("side");
-  config.attention = poses.pose("attention");
-  config.point = poses.pose("point");
+  const auto poses = yaml::Section::named(root["poses"], name + ": poses");
+  require(poses, {"home", "pick", "drop_back", "side"});
+  for (const std::string& key : poses.names()) {
+    if (key == TRAY || key == BACK) {
+      throw ModelError(poses.placeOf(key) + ": the name has a meaning of its own in gestures");
+    }
+    config.poses[key] = poses.pose(key);
+  }
 }
 
 void readTrays(const YAML::Node& root, const std::string& name, MotionConfig& config) {
@@ -55,12 +34,10 @@ void readTrays(const YAML::Node& root, const std::string& name, MotionConfig& co
   if (!trays || !trays.IsMap() || trays.size() == 0) {
     throw ModelError(name + ": trays: expected a map with at least one tray");
   }
-  std::set<std::string> labels;
-  for (const auto& entry : trays) labels.insert(entry.first.as<std::string>());
-  const Section section(trays, name + ": trays", labels);
-  for (const std::string& label : labels) config.trays[label] = section.pose(label);
+  const auto section = yaml::Section::named(trays, name + ": trays");
+  for (const std::string& label : section.names()) config.trays[label] = section.pose(label);
   config.inspection_tray = yaml::text(root, "inspection_tray", name);
-  if (labels.count(config.inspection_tray) == 0) {
+  if (config.trays.count(config.inspection_tray) == 0) {
     throw ModelError(name + ": inspection_tray: there is no tray '" + config.inspection_tray + "'");
   }
 }
@@ -72,37 +49,19 @@ void readSlots(const YAML::Node& root, const std::string& name, MotionConfig& co
   }
   for (const YAML::Node& entry : slots) {
     const std::string place = name + ": slots: " + std::to_string(config.slots.size() + 1);
-    const Section slot(entry, place, {"x", "y"});
+    const yaml::Section slot(entry, place, {"x", "y"});
     config.slots.emplace_back(slot.number("x"), slot.number("y"));
   }
 }
 
-void readPace(const YAML::Node& root, const std::string& name, MotionConfig& config) {
-  const Section speeds(root["speeds"], name + ": speeds",
-                       {"travel", "vertical", "gesture", "withdraw"});
-  config.travel_speed = speeds.positive("travel");
-  config.vertical_speed = speeds.positive("vertical");
-  config.gesture_speed = speeds.positive("gesture");
-  config.withdraw_speed = speeds.positive("withdraw");
-  const Section times(root["times"], name + ": times", {"plan", "grip", "release"});
-  config.plan_time = times.positive("plan");
-  config.grip_time = times.positive("grip");
-  config.release_time = times.positive("release");
-}
-
-void readGesture(const YAML::Node& root, const std::string& name, MotionConfig& config) {
-  const Section gesture(root["gesture"], name + ": gesture", {"nods", "depth"});
-  config.nod_depth = gesture.positive("depth");
-  const double nods = gesture.positive("nods");
-  if (nods != std::floor(nods) || nods > 10.0) {
-    throw ModelError(name + ": gesture: nods: " + std::to_string(nods) +
-                     " is not a whole number up to 10");
-  }
-  config.nods = static_cast<int>(nods);
+void readSpeeds(const YAML::Node& root, const std::string& name, MotionConfig& config) {
+  const auto speeds = yaml::Section::named(root["speeds"], name + ": speeds");
+  require(speeds, {"travel", "vertical"});
+  for (const std::string& key : speeds.names()) config.speeds[key] = speeds.positive(key);
 }
 
 void readHeights(const YAML::Node& root, const std::string& name, MotionConfig& config) {
-  const Section heights(root["heights"], name + ": heights", {"above_pick", "above_tray"});
+  const yaml::Section heights(root["heights"], name + ": heights", {"above_pick", "above_tray"});
   config.above_pick = heights.number("above_pick");
   config.above_tray = heights.number("above_tray");
   const auto check = [&name](const std::string& key, double height, const std::string& place,
@@ -111,10 +70,38 @@ void readHeights(const YAML::Node& root, const std::string& name, MotionConfig& 
     throw ModelError(name + ": heights: " + key + ": " + std::to_string(height) + " is not above " +
                      place + " at " + std::to_string(low));
   };
-  check("above_pick", config.above_pick, "pick", config.pick.z);
-  check("above_pick", config.above_pick, "drop_back", config.drop_back.z);
+  check("above_pick", config.above_pick, "pick", config.pick().z);
+  check("above_pick", config.above_pick, "drop_back", config.dropBack().z);
   for (const auto& [label, pose] : config.trays)
     check("above_tray", config.above_tray, label, pose.z);
+}
+
+void readGestures(const YAML::Node& root, const std::string& name, MotionConfig& config) {
+  const auto gestures = yaml::Section::named(root["gestures"], name + ": gestures");
+  for (const std::string& key : gestures.names()) {
+    const std::string place = gestures.placeOf(key);
+    config.gestures[key] = readGesture(gestures.node(key), place, config);
+    checkGesture(config.gestures[key], place);
+  }
+}
+
+void readChosen(const YAML::Node& root, const std::string& name, MotionConfig& config) {
+  std::set<std::string> actions;
+  for (const Action action : ALL_ACTIONS) actions.insert(actionName(action));
+  const yaml::Section chosen(root["chosen"], name + ": chosen", actions);
+  for (const Action action : ALL_ACTIONS) {
+    const std::string key = actionName(action);
+    const std::string gesture = chosen.text(key);
+    const auto found = config.gestures.find(gesture);
+    if (found == config.gestures.end()) {
+      throw ModelError(chosen.placeOf(key) + ": there is no gesture '" + gesture + "'");
+    }
+    if (found->second.action != action) {
+      throw ModelError(chosen.placeOf(key) + ": the gesture '" + gesture + "' stands for '" +
+                       actionName(found->second.action) + "'");
+    }
+    config.chosen[action] = gesture;
+  }
 }
 
 }  // namespace
@@ -123,17 +110,27 @@ MotionConfig MotionConfig::load(const std::string& path) { return parse(readFile
 
 MotionConfig MotionConfig::parse(const std::string& text, const std::string& name) {
   const YAML::Node root = yaml::load(text, name);
-  yaml::checkMap(
-      root, name,
-      {"poses", "trays", "slots", "inspection_tray", "heights", "speeds", "times", "gesture"});
+  const yaml::Section file(root, name,
+                           {"poses", "trays", "slots", "inspection_tray", "heights", "speeds",
+                            "gestures", "chosen", "lost_after"});
   MotionConfig config;
   readPoses(root, name, config);
   readTrays(root, name, config);
   readSlots(root, name, config);
   readHeights(root, name, config);
-  readPace(root, name, config);
-  readGesture(root, name, config);
+  readSpeeds(root, name, config);
+  readGestures(root, name, config);
+  readChosen(root, name, config);
+  config.lost_after = file.count("lost_after", MOST_VIEWS);
   return config;
+}
+
+const Gesture& MotionConfig::gesture(Action action, const std::string& name) const {
+  const auto found = gestures.find(name.empty() ? chosen.at(action) : name);
+  if (found != gestures.end()) return found->second;
+  std::string known;
+  for (const auto& [key, gesture] : gestures) known += (known.empty() ? "" : ", ") + key;
+  throw ModelError("there is no gesture '" + name + "'; known: " + known);
 }
 
 ToolPose MotionConfig::slot(const std::string& label, unsigned count) const {

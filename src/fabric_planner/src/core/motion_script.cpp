@@ -1,8 +1,20 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "fabric_planner/motion_script.hpp"
 
+#include <algorithm>
+#include <iterator>
+
 namespace fabric::planner {
 namespace {
+
+using Steps = std::vector<GestureStep>;
+using At = Steps::const_iterator;
+
+/// Where the places are that only this play of a gesture knows.
+struct Places {
+  ToolPose tray;
+  ToolPose back;
+};
 
 Step act(StepKind kind, Phase phase) {
   Step step;
@@ -11,15 +23,86 @@ Step act(StepKind kind, Phase phase) {
   return step;
 }
 
-Step lowStep(Step step, const ToolPose& above) {
-  step.low = above;
+At firstSwitch(const Steps& steps, bool on) {
+  return std::find_if(steps.begin(), steps.end(),
+                      [on](const GestureStep& step) { return step.suction == on; });
+}
+
+/// The end of what belongs to a switch of the suction: stand there, and rise.
+At afterSwitch(const Steps& steps, bool on) { return std::next(firstSwitch(steps, on), 3); }
+
+/// The first of the way-points home that end a gesture.
+At wayHome(const Steps& steps) {
+  auto step = steps.end();
+  while (step != steps.begin() && !std::prev(step)->suction &&
+         std::prev(step)->way_point.place == "home") {
+    --step;
+  }
   return step;
 }
 
-Step farStep(Step step) {
-  step.far = true;
-  return step;
-}
+/// Lays the steps of a gesture as the steps of a script.
+class Layer {
+ public:
+  Layer(const MotionConfig& config, const Places& places, Phase phase)
+      : config_(config), places_(places), phase_(phase) {}
+
+  /// Before `home`, what moves is on its way; from there on it withdraws.
+  Script lay(At begin, At end, At home) {
+    for (auto step = begin; step != end; ++step) {
+      if (step == home) phase_ = Phase::RETREAT;
+      if (step->suction) {
+        switchTo(*step->suction);
+      } else {
+        go(step->way_point);
+      }
+    }
+    return script_;
+  }
+
+  [[nodiscard]] ToolPose target(const WayPoint& point) const {
+    const ToolPose place = placeOf(point.place);
+    return point.above ? place.at(heightOver(point.place)) : place + point.offset;
+  }
+
+ private:
+  void switchTo(bool on) {
+    script_.push_back(act(on ? StepKind::SUCTION_ON : StepKind::SUCTION_OFF, Phase::CONTACT));
+    phase_ = on ? Phase::CARRY : Phase::RETREAT;
+    switched_ = true;
+  }
+
+  void go(const WayPoint& point) {
+    Step step;
+    step.phase = switched_ ? Phase::CONTACT : phase_;
+    step.target = target(point);
+    step.speed = point.speed;
+    step.settle = point.hold;
+    if (point.isDown() || leaves_down_) step.low = step.target.at(heightOver(point.place));
+    step.far = point.place == TRAY || leaves_tray_;
+    script_.push_back(step);
+    leaves_down_ = point.isDown();
+    leaves_tray_ = point.place == TRAY;
+    switched_ = false;
+  }
+
+  [[nodiscard]] ToolPose placeOf(const std::string& name) const {
+    if (name == TRAY) return places_.tray;
+    return name == BACK ? places_.back : config_.poses.at(name);
+  }
+
+  [[nodiscard]] double heightOver(const std::string& place) const {
+    return place == TRAY ? config_.above_tray : config_.above_pick;
+  }
+
+  const MotionConfig& config_;
+  Places places_;
+  Phase phase_;
+  Script script_;
+  bool switched_ = false;     // right before
+  bool leaves_down_ = false;  // the step before was down among obstacles
+  bool leaves_tray_ = false;
+};
 
 }  // namespace
 
@@ -28,93 +111,91 @@ Script operator+(Script head, const Script& tail) {
   return head;
 }
 
-Step ScriptWriter::move(Phase phase, const ToolPose& target, double speed, double settle) const {
+Step ScriptWriter::move(Phase phase, const ToolPose& target, double speed) const {
   Step step;
   step.phase = phase;
   step.target = target;
   step.speed = speed;
-  step.settle = settle;
   return step;
 }
 
 Script ScriptWriter::free(const Entanglement& from) const {
   Script script;
   if (from.low) {
-    const Step rise = move(Phase::RETREAT, *from.low, config_.vertical_speed);
-    script.push_back(lowStep(from.far ? farStep(rise) : rise, *from.low));
+    Step rise = move(Phase::RETREAT, *from.low, config_.verticalSpeed());
+    rise.low = from.low;
+    rise.far = from.far;
+    script.push_back(rise);
   }
   if (from.far) {
-    script.push_back(farStep(move(Phase::RETREAT, config_.side, config_.travel_speed)));
+    script.push_back(move(Phase::RETREAT, config_.side(), config_.travelSpeed()));
+    script.back().far = true;
   }
   return script;
 }
 
-Script ScriptWriter::putBack(const Entanglement& from) const {
-  const ToolPose& place = from.at_pick ? config_.pick : config_.drop_back;
-  const ToolPose above = place.at(config_.above_pick);
+Script ScriptWriter::putBack(const Gesture& cancel, const Entanglement& from) const {
+  const Steps& steps = cancel.steps;
+  const Places places{{}, from.at_pick ? config_.pick() : config_.dropBack()};
+  auto begin = steps.begin();
   Script script;
-  if (!from.at_pick) {
+  if (from.at_pick) {
+    begin = std::find_if(steps.begin(), steps.end(), [](const GestureStep& step) {
+      return !step.suction && step.way_point.isAt(BACK);
+    });
+  } else {
     script = free(from);
     for (Step& step : script) step.phase = Phase::CARRY;
-    script.push_back(move(Phase::CARRY, above, config_.travel_speed));
   }
-  script.push_back(lowStep(move(Phase::CARRY, place, config_.vertical_speed), above));
-  script.push_back(act(StepKind::SUCTION_OFF, Phase::CONTACT));
-  script.push_back(
-      lowStep(move(Phase::CONTACT, place, config_.vertical_speed, config_.release_time), above));
-  script.push_back(lowStep(move(Phase::RETREAT, above, config_.vertical_speed), above));
+  Layer layer(config_, places, Phase::CARRY);
+  return script + layer.lay(begin, afterSwitch(steps, false), steps.end());
+}
+
+Script ScriptWriter::withdraw(const Gesture& cancel) const {
+  const Steps& steps = cancel.steps;
+  Layer layer(config_, {}, Phase::RETREAT);
+  return layer.lay(afterSwitch(steps, false), steps.end(), steps.end());
+}
+
+Script ScriptWriter::show(const Gesture& gesture) const {
+  const Steps& steps = gesture.steps;
+  return Layer(config_, {}, Phase::APPROACH).lay(steps.begin(), steps.end(), wayHome(steps));
+}
+
+Script ScriptWriter::plan(const Gesture& gesture) const {
+  Script script = show(gesture);
+  script.back().planned = true;
   return script;
 }
 
-Script ScriptWriter::home() const {
-  return {move(Phase::RETREAT, config_.home, config_.withdraw_speed)};
-}
-
-Script ScriptWriter::plan() const {
-  Step step = move(Phase::APPROACH, config_.planning, config_.travel_speed, config_.plan_time);
-  step.planned = true;
-  return {step};
-}
-
-Script ScriptWriter::point() const {
-  const double speed = config_.gesture_speed;
-  Script script = {move(Phase::APPROACH, config_.attention, speed)};
-  for (int nod = 0; nod < config_.nods; ++nod) {
-    script.push_back(move(Phase::APPROACH, config_.point, speed));
-    script.push_back(
-        move(Phase::APPROACH, config_.point.at(config_.point.z - config_.nod_depth), speed));
+Script ScriptWriter::pick(const Gesture& grasp) const {
+  const Steps& steps = grasp.steps;
+  Layer layer(config_, {}, Phase::APPROACH);
+  const Script moves = layer.lay(steps.begin(), afterSwitch(steps, true), steps.end());
+  Script script;
+  bool checked = false;
+  for (const Step& step : moves) {
+    if (!checked && step.low) {
+      script.push_back(act(StepKind::CHECK_CUBE, Phase::APPROACH));
+      checked = true;
+    }
+    const bool lifts = &step == &moves.back();
+    if (lifts) script.push_back(act(StepKind::CHECK_GRIP, Phase::CONTACT));
+    script.push_back(step);
+    if (lifts) script.push_back(act(StepKind::CHECK_LIFT, Phase::CARRY));
   }
-  return script + Script{move(Phase::RETREAT, config_.home, speed)};
+  return script;
 }
 
-Script ScriptWriter::pick() const {
-  const ToolPose above = config_.pick.at(config_.above_pick);
-  const double down = config_.vertical_speed;
-  return {
-      move(Phase::APPROACH, above, config_.travel_speed),
-      act(StepKind::CHECK_CUBE, Phase::APPROACH),
-      lowStep(move(Phase::APPROACH, config_.pick, down), above),
-      act(StepKind::SUCTION_ON, Phase::CONTACT),
-      lowStep(move(Phase::CONTACT, config_.pick, down, config_.grip_time), above),
-      act(StepKind::CHECK_GRIP, Phase::CONTACT),
-      lowStep(move(Phase::CARRY, above, down), above),
-      act(StepKind::CHECK_LIFT, Phase::CARRY),
-  };
+Script ScriptWriter::place(const Gesture& grasp, const ToolPose& slot) const {
+  const Steps& steps = grasp.steps;
+  const Places places{slot, {}};
+  Layer layer(config_, places, Phase::CARRY);
+  return layer.lay(afterSwitch(steps, true), steps.end(), wayHome(steps));
 }
 
-Script ScriptWriter::place(const ToolPose& slot) const {
-  const ToolPose above = slot.at(config_.above_tray);
-  const double down = config_.vertical_speed;
-  return {
-      move(Phase::CARRY, config_.side, config_.travel_speed),
-      farStep(move(Phase::CARRY, above, config_.travel_speed)),
-      farStep(lowStep(move(Phase::CARRY, slot, down), above)),
-      act(StepKind::SUCTION_OFF, Phase::CONTACT),
-      farStep(lowStep(move(Phase::CONTACT, slot, down, config_.release_time), above)),
-      farStep(lowStep(move(Phase::RETREAT, above, down), above)),
-      farStep(move(Phase::RETREAT, config_.side, config_.travel_speed)),
-      move(Phase::RETREAT, config_.home, config_.withdraw_speed),
-  };
+ToolPose ScriptWriter::endOf(const Gesture& gesture) const {
+  return Layer(config_, {}, Phase::REST).target(gesture.steps.back().way_point);
 }
 
 }  // namespace fabric::planner

@@ -48,10 +48,10 @@ void ExecuteServer::feedback(Phase phase) {
 
 void ExecuteServer::onGoal(Server::GoalHandle goal) {
   try {
-    const Action action = actionFromNumber(goal.getGoal()->action);
-    goal.setAccepted();
-    request_(action, goal.getGoal()->decision_sequence,
-             [&](std::uint64_t ticket) { goals_.emplace(ticket, goal); });
+    request_(*goal.getGoal(), [&](std::uint64_t ticket) {
+      goal.setAccepted();
+      goals_.emplace(ticket, goal);
+    });
   } catch (const ModelError& error) {
     goal.setRejected(resultOf(ActionOutcome::REFUSED, error.what()), error.what());
   }
@@ -59,7 +59,9 @@ void ExecuteServer::onGoal(Server::GoalHandle goal) {
 
 /// Whoever takes back a request wants the robot out of the way.
 void ExecuteServer::onCancel(Server::GoalHandle) {
-  request_(Action::CANCEL, 0, [](std::uint64_t) {});
+  fabric_msgs::ExecuteRobotActionGoal cancel;
+  cancel.action = static_cast<std::uint8_t>(Action::CANCEL);
+  request_(cancel, [](std::uint64_t) {});
 }
 
 }  // namespace fabric::planner

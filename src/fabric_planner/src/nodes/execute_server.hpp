@@ -16,10 +16,10 @@ namespace fabric::planner {
 /// The action `robot/execute`: hands requests to the motion agent and tells how they ended.
 class ExecuteServer {
  public:
-  /// Asks the motion agent for an action; calls `ticketed` with the request's ticket before it
-  /// reports any end.
-  using Request = std::function<void(Action action, std::uint32_t decision_sequence,
-                                     std::function<void(std::uint64_t)> ticketed)>;
+  /// Asks the motion agent for an action or a gesture; calls `ticketed` with the request's ticket
+  /// before it reports any end. @throw ModelError when there is no such action or gesture
+  using Request = std::function<void(const fabric_msgs::ExecuteRobotActionGoal& goal,
+                                     const std::function<void(std::uint64_t)>& ticketed)>;
 
   ExecuteServer(const ros::NodeHandle& node, Request request);
 

@@ -14,7 +14,9 @@
 #include <std_msgs/Header.h>
 
 #include <fabric_msgs/traffic.hpp>
+#include <limits>
 #include <map>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -22,6 +24,7 @@
 #include "execute_server.hpp"
 #include "fabric_planner/motion_agent.hpp"
 #include "parameters.hpp"
+#include "separation.hpp"
 
 namespace fabric::planner {
 namespace {
@@ -30,13 +33,22 @@ constexpr double PERIOD = 0.05;  // s of steady time between repeats of robot/st
 
 /// Private parameters of motion_node (config/motion_node.yaml, `motion_file` from the launch file).
 struct MotionParameters {
-  std::string motion_file;           ///< places, speeds and times (config/motion.yaml)
+  std::string motion_file;           ///< places, speeds and gestures (config/motion.yaml)
   std::vector<std::string> watched;  ///< nodes whose heartbeats' ages are told
+  bool separation = false;           ///< whether the hand is watched; then `human/hand` is expected
+  std::string safety_file;           ///< with separation: distances (config/safety.yaml)
+  std::string cell_file;             ///< with separation: where the arm stands (cell.yaml)
 
   /// @throw ParameterError
   static MotionParameters load(const ros::NodeHandle& node) {
-    return {require<std::string>(node, "motion_file"),
-            require<std::vector<std::string>>(node, "watched")};
+    MotionParameters parameters{require<std::string>(node, "motion_file"),
+                                require<std::vector<std::string>>(node, "watched"),
+                                require<bool>(node, "separation"), "", ""};
+    if (parameters.separation) {
+      parameters.safety_file = require<std::string>(node, "safety_file");
+      parameters.cell_file = require<std::string>(node, "cell_file");
+    }
+    return parameters;
   }
 };
 
@@ -54,6 +66,7 @@ fabric_msgs::RobotActionState toMessage(const RobotState& state) {
   message.pre_empted = number(state.pre_empted);
   message.phase = static_cast<std::uint8_t>(state.phase);
   message.holding = state.holding;
+  message.lost = state.lost;
   message.planned = state.planned;
   message.decision_sequence = state.decision_sequence;
   return message;
@@ -81,11 +94,12 @@ class MotionNode {
         safety_(node_.advertise<fabric_msgs::SafetyState>("safety/state", 10)),
         suction_(node_.serviceClient<fabric_msgs::SetSuction>("arm/set_suction")),
         arm_(traffic_, [this](auto... result) { run(agent_.onArmResult(result...)); }),
-        execute_(node_, [this](Action action, std::uint32_t sequence, const auto& ticketed) {
-          const MotionCommands commands = agent_.onDecision(action, sequence);
+        execute_(node_, [this](const auto& goal, const auto& ticketed) {
+          const MotionCommands commands = request(goal);
           ticketed(agent_.ticket());
           run(commands);
         }) {
+    if (parameters.separation) watch(parameters);
     for (const std::string& name : parameters.watched) heard_[name] = ros::SteadyTime::now();
     listen();
     services_ = {node_.advertiseService("safety/stop", &MotionNode::onStop, this),
@@ -95,6 +109,21 @@ class MotionNode {
   }
 
  private:
+  MotionCommands request(const fabric_msgs::ExecuteRobotActionGoal& goal) {
+    if (!goal.gesture.empty()) return agent_.onGesture(goal.gesture, goal.decision_sequence);
+    return agent_.onDecision(actionFromNumber(goal.action), goal.decision_sequence);
+  }
+
+  void watch(const MotionParameters& parameters) {
+    separation_ = std::make_unique<SeparationWatch>(
+        traffic_, SafetyParameters::load(parameters.safety_file),
+        ArmPlace::load(parameters.cell_file), [this](const ToolPose& tool) { agent_.onTool(tool); },
+        [this](const SeparationState& state) {
+          run(agent_.onSeparation(state.level, separation_->slowFactor()));
+        });
+    separation_->look(ros::Time(0));
+  }
+
   void listen() {
     listen<fabric_msgs::Decision>("decision", [this](const auto& message) {
       return agent_.onDecision(actionFromNumber(message.action), message.sequence, message.task_id);
@@ -151,6 +180,8 @@ class MotionNode {
       execute_.end(end);
       if (end.outcome == ActionOutcome::ARM_FAILED) {
         ROS_ERROR_STREAM_THROTTLE(1.0, actionName(end.action) << " failed: " << end.reason);
+      } else if (end.outcome == ActionOutcome::CUBE_LOST) {
+        ROS_WARN_STREAM(actionName(end.action) << " ended: " << end.reason);
       }
     }
     if (agent_.state().sequence == told_) return;
@@ -164,6 +195,7 @@ class MotionNode {
     if (move && !arm_.connected()) {
       run(agent_.onArmResult(*move, ArmOutcome::ARM_FAULT, "no arm serves arm/move"));
     }
+    if (separation_) separation_->look(ros::Time::now());
     states_.repeat(toMessage(agent_.state()));
     safety_.publish(safety());
   }
@@ -172,7 +204,13 @@ class MotionNode {
     fabric_msgs::SafetyState message;
     message.header.stamp = ros::Time::now();
     message.state = fabric_msgs::SafetyState::RUN;
-    if (agent_.heldByWarning()) {
+    message.separation = std::numeric_limits<float>::quiet_NaN();
+    if (separation_) {
+      message.state = static_cast<std::uint8_t>(separation_->state().level);
+      message.cause = separation_->state().cause;
+      message.separation = static_cast<float>(separation_->state().distance);
+    }
+    if (agent_.heldByWarning() && message.state != fabric_msgs::SafetyState::STOP) {
       message.state = fabric_msgs::SafetyState::SLOW;
       message.cause = "a warning holds the arm until the next decision";
     }
@@ -214,6 +252,7 @@ class MotionNode {
   ros::ServiceClient suction_;
   ArmClient arm_;
   ExecuteServer execute_;
+  std::unique_ptr<SeparationWatch> separation_;  ///< none when the hand is not watched
   std::uint32_t told_ = 0;
   std::map<std::string, ros::SteadyTime> heard_;
   std::vector<ros::Subscriber> subscribers_;

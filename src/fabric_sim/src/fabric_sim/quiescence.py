@@ -47,14 +47,14 @@ _SEEN = {  # who says it when cameras see the cell: topic, publisher
 }
 _CAMERA_TABLE = (
     (CELL, "sim/scene", "camera"),
-    (CELL, "arm/tcp", "tracking"),
+    (CELL, "arm/tcp", "tracking motion"),
     (CELL, "sensors/load_cells", "tracking"),
     (CELL, "conveyor/state", "tracking"),
     ("task", "task/state", "tracking"),
     ("camera", "cell/camera/rgb/image_raw", "tracking"),
     ("camera", "cell/camera/depth/image", "tracking"),
     ("camera", "head/camera/image_raw", "head"),
-    ("tracking", "human/hand", "gesture"),
+    ("tracking", "human/hand", "gesture motion"),
     ("tracking", "cell/cubes", "gesture"),
 )
 
