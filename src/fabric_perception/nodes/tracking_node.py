@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """ROS node of the tracker: pictures of the cell camera in; cubes, containers and the hand out."""
 
-import math
-
 import diagnostic_updater
 import message_filters
 import rospy
@@ -21,15 +19,14 @@ from fabric_msgs.msg import (
     TaskState,
 )
 from fabric_msgs.traffic import Traffic
-from fabric_perception.camera import Camera, CameraError
-from fabric_perception.camera_poses import PARENT, pose_of
+from fabric_perception.camera_poses import PARENT
 from fabric_perception.images import colour_of, depth_of, fill
+from fabric_perception.picture_input import CameraSource, PictureTimes
 from fabric_perception.settings import settings_from
 from fabric_perception.tracking.colours import Palette
 from fabric_perception.tracking.health import Health
 from fabric_perception.tracking.overlay import draw_overlay
 from fabric_perception.tracking.parameters import TrackingParameters
-from fabric_perception.tracking.pipeline import Tracking
 from fabric_perception.tracking.session import TrackingSession
 from fabric_perception.tracking.weighing import Scales, scale_parameters
 from fabric_perception.tracking.workspace import Workspace
@@ -38,7 +35,6 @@ COLOUR, DEPTH = "cell/camera/rgb/image_raw", "cell/camera/depth/image"
 INFO, OVERLAY = "cell/camera/rgb/camera_info", "cell/camera/overlay"
 APART = 0.02  # s, between a colour and a depth picture that belong together
 QUEUE = 10  # pictures that wait for their partner
-NEW_TIME = 2.0  # s; time that jumps back further begins anew, as when a bag is played again
 
 
 class TrackingNode:
@@ -53,11 +49,15 @@ class TrackingNode:
     ) -> None:
         self._session = TrackingSession(workspace, palette, parameters, scales)
         self._weighs = scales is not None
-        self._info: CameraInfo | None = None
-        self._newest = -math.inf
-        self._health = Health(parameters.stale_after)
-        self._frames = tf2_ros.Buffer()
-        self._listener = tf2_ros.TransformListener(self._frames)
+        self._times = PictureTimes(parameters.stale_after)
+        self._health = Health()
+        frames = tf2_ros.Buffer()
+        self._listener = tf2_ros.TransformListener(frames)
+        self._source = CameraSource(
+            rospy.resolve_name(INFO),
+            lambda frame: frames.lookup_transform(PARENT, frame, rospy.Time()),
+            tf2_ros.TransformException,
+        )
         self._traffic = Traffic("tracking")
         self._advertise()
         self._listen()
@@ -90,10 +90,8 @@ class TrackingNode:
     # -- what it is told ------------------------------------------------------------------------
 
     def _on_info(self, info: CameraInfo) -> None:
-        known = self._info
-        if known is None or _lens(info) != _lens(known):
+        if self._source.told(info):
             self._session.forget_camera()
-        self._info = info
 
     def _on_cup(self, pose: PoseStamped) -> None:
         at = pose.pose.position
@@ -111,30 +109,26 @@ class TrackingNode:
         self._publish_containers(self._session.on_load_cells(readings))
 
     def _on_pictures(self, colour: Image, depth: Image) -> None:
-        stamp, now = colour.header.stamp, rospy.get_time()
-        reason = self._health.fresh(now, stamp.to_sec())
-        if not reason:
-            try:
-                self._track(colour, depth)
-                return
-            except ValueError as error:
-                reason = str(error)
-        self._health.refuse(now, reason)
-        rospy.logwarn_throttle(5.0, f"tracking: a picture is left out: {reason}")
+        try:
+            self._track(colour, depth)
+        except ValueError as error:
+            self._health.refuse(rospy.get_time(), str(error))
+            rospy.logwarn_throttle(5.0, f"tracking: a picture is left out: {error}")
 
     # -- what it does ---------------------------------------------------------------------------
 
     def _track(self, colour: Image, depth: Image) -> None:
         """Raises ValueError when camera or pictures are of no use."""
         stamp = colour.header.stamp
-        tracking = self._session.tracking or self._begin(colour.header.frame_id)
-        if self._newest - stamp.to_sec() > NEW_TIME:
+        anew = self._times.accept(rospy.get_time(), stamp.to_sec())
+        frame = colour.header.frame_id
+        tracking = self._session.tracking or self._session.use_camera(self._source.camera(frame))
+        if anew:
             rospy.logwarn(f"tracking: time begins anew at {stamp.to_sec():.2f} s")
             tracking.restart()
         bgr = colour_of(colour)
         header = Header(stamp=stamp, frame_id=PARENT)
         seen, cubes, hand, containers = self._session.on_pictures(header, bgr, depth_of(depth))
-        self._newest = stamp.to_sec()
         self._cubes.publish(cubes)
         self._hands.publish(hand)
         self._publish_containers(containers)
@@ -142,19 +136,6 @@ class TrackingNode:
         if self._overlay.get_num_connections():
             drawn = draw_overlay(bgr, tracking.camera, tracking.workspace, seen)
             self._overlay.publish(fill(Image(header=colour.header), drawn))
-
-    def _begin(self, frame: str) -> Tracking:
-        return self._session.use_camera(self._find_camera(frame))
-
-    def _find_camera(self, frame: str) -> Camera:
-        if self._info is None:
-            raise CameraError(f"nothing has come yet on {rospy.resolve_name(INFO)}")
-        try:
-            found = self._frames.lookup_transform(PARENT, frame, rospy.Time(0)).transform
-        except tf2_ros.TransformException as error:
-            raise CameraError(f"where the camera '{frame}' is, is not known: {error}") from None
-        p, q = found.translation, found.rotation
-        return Camera.from_camera_info(self._info, pose_of((p.x, p.y, p.z), (q.x, q.y, q.z, q.w)))
 
     def _publish_containers(self, containers: ContainerArray | None) -> None:
         if containers is not None:
@@ -168,10 +149,6 @@ class TrackingNode:
         for name, value in status.values.items():
             wrapper.add(name, value)
         return wrapper
-
-
-def _lens(info: CameraInfo) -> tuple:
-    return info.K, tuple(info.D), info.width, info.height
 
 
 def main() -> None:
