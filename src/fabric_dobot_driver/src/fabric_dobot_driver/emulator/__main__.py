@@ -4,14 +4,19 @@
 import argparse
 import dataclasses
 import math
+import os
 import signal
 import sys
 from contextlib import ExitStack
 from pathlib import Path
+from typing import NoReturn
 
 from fabric_dobot_driver.emulator.emulator import Emulator, tell
+from fabric_dobot_driver.emulator.fuzz import fuzz
 from fabric_dobot_driver.emulator.settings import Settings
 from fabric_dobot_driver.emulator.words import WORDS, parse_script
+
+CONFORMANCE = Path(__file__).resolve().parents[3] / "conformance"
 
 
 def main(words: list[str] | None = None) -> int:
@@ -20,6 +25,10 @@ def main(words: list[str] | None = None) -> int:
     try:
         if args.tell is not None:
             return _tell(args)
+        if args.fuzz is not None:
+            return _fuzz(args)
+        if args.conformance is not None:
+            _conformance(args.conformance)
         return _run(args)
     except (OSError, ValueError) as error:
         print(f"emulator: {error}", file=sys.stderr)
@@ -60,6 +69,18 @@ def _tell(args: argparse.Namespace) -> int:
     return 1 if answer.startswith("error") else 0
 
 
+def _fuzz(args: argparse.Namespace) -> int:
+    for name, value in fuzz(args.fuzz, args.seed)._asdict().items():
+        print(f"{name:9} {value:.3f}" if isinstance(value, float) else f"{name:9} {value}")
+    return 0
+
+
+def _conformance(clients: list[str]) -> NoReturn:
+    if not CONFORMANCE.is_dir():
+        raise ValueError(f"{CONFORMANCE} is not there: --conformance wants the source tree")
+    os.execv(sys.executable, [sys.executable, str(CONFORMANCE), *clients])
+
+
 def _parser() -> argparse.ArgumentParser:
     rows = [f"  {name + ' ' + word.usage:22} {word.help}" for name, word in WORDS.items()]
     parser = argparse.ArgumentParser(
@@ -95,6 +116,13 @@ def _parser() -> argparse.ArgumentParser:
         help="of the belt (default %(default)s)",
     )
     add("--tell", metavar="WORDS", help="say words to the emulator that runs at LINK, and end")
+    add("--fuzz", type=int, metavar="N", help="send N damaged frames to an arm in virtual time")
+    add(
+        "--conformance",
+        nargs="*",
+        metavar="CLIENT",
+        help="run public clients against the emulator and print a table of times",
+    )
     return parser
 
 

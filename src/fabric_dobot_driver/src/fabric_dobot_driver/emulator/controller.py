@@ -24,6 +24,8 @@ from fabric_dobot_driver.limits import load_limits
 
 Tell = Callable[..., None]
 QUEUED_ANSWER = struct.Struct("<Q")
+LARGEST_FLOAT = 3.4e38
+LONGEST_NAME = 64
 
 
 class Controller:
@@ -169,7 +171,7 @@ class Controller:
         outside = self.extension
         match command_id:
             case commands.POSE:
-                return struct.pack("<8f", *self.pose, *self.joints)
+                return _floats(*self.pose, *self.joints)
             case commands.ALARMS:
                 return to_wire(self.alarms)
             case commands.INDEX:
@@ -185,7 +187,7 @@ class Controller:
             case commands.ANALOG_IN:
                 return struct.pack("<BH", address, outside.voltages.get(address, 0))
             case commands.RAIL_POSE:
-                return struct.pack("<f", outside.rail.at(self.time))
+                return _floats(outside.rail.at(self.time))
             case commands.DEVICE_SN:
                 return self.settings.serial_number.encode() + b"\0"
             case commands.DEVICE_NAME:
@@ -272,7 +274,7 @@ class Controller:
             case Kind.WAIT if command_id == commands.WAIT:
                 self._wait_end = self.time + 1e-3 * values[0]
             case Kind.ACT if command_id == commands.DEVICE_NAME:
-                self.device_name = params.rstrip(b"\0")
+                self.device_name = params[:LONGEST_NAME].rstrip(b"\0")
             case Kind.ACT:
                 self._acts[command_id](*values)
 
@@ -338,7 +340,8 @@ class Controller:
     def _reset_pose(self, manual: int, rear: float, front: float) -> None:
         if manual and not self.arm.moving:
             j1, _, _, j4 = self.joints
-            self.arm.set_joints((j1, rear, front, j4))
+            if self.geometry.fault((j1, rear, front, j4)) is None:
+                self.arm.set_joints((j1, rear, front, j4))
 
     def _stepper(self, index: int, enable: int, speed: int, distance: float = math.inf) -> None:
         if index < len(self.extension.steppers):
@@ -355,3 +358,9 @@ class Controller:
 
 def _switch(ports: set[int], port: int, enable: int) -> None:
     (ports.add if enable else ports.discard)(port)
+
+
+def _floats(*values: float) -> bytes:
+    """As the wire has them; a tool longer than any number on it shows as the largest one."""
+    cut = (max(-LARGEST_FLOAT, min(LARGEST_FLOAT, value)) for value in values)
+    return struct.pack(f"<{len(values)}f", *cut)

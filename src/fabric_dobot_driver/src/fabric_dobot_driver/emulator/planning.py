@@ -26,6 +26,7 @@ JUMPS = (JUMP_XYZ, JUMP_ANGLE, JUMP_MOVL_XYZ)
 LINES = (MOVL_XYZ, MOVL_ANGLE, MOVL_INC)
 ANGLES = (JUMP_ANGLE, MOVJ_ANGLE, MOVL_ANGLE)
 HOME_WAY = ((0.2, 10.0, 30.0), (0.4, 10.0, 30.0))  # shares of the time; j2, j3 in deg
+LONGEST_CURVE = 5000.0  # mm; none within reach is longer
 HOME_SWITCH = 0.9  # of the limit of j1, where its switch is
 
 
@@ -118,9 +119,11 @@ class Planner:
         self, pose: Callable[[float], Values], length: float, profile: Trapezoid, alarm: Alarm
     ) -> Motion:
         """The tool along a curve of this length in mm; `alarm` when it leaves the space."""
+        self._checked(self.geometry.joints(pose(1.0)))
+        if length > LONGEST_CURVE:
+            raise PlanError(alarm)
         steps = max(2, math.ceil(length / LINE_STEP))
         points = [self.geometry.joints(pose(i / steps)) for i in range(steps + 1)]
-        self._checked(points[-1])
         if any(self.geometry.fault(point) is not None for point in points[1:]):
             raise PlanError(alarm)
         way = SpaceWay(pose, self.geometry, profile)
