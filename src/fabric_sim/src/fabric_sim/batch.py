@@ -22,6 +22,7 @@ from typing import Any, NamedTuple
 
 from tqdm import tqdm
 
+from fabric_sim.batch_files import Files
 from fabric_sim.batch_loop import HeadlessRun, RunSetup, TaskResult
 from fabric_sim.camera.drawing import CannotDraw
 from fabric_study.comparison import comparison_lines
@@ -112,10 +113,19 @@ def run_job(job: Job) -> list[Done]:
         return _tasks_of(run, job.tasks)
 
 
-def _require_pictures() -> None:
-    from fabric_sim.batch_camera_eyes import require_pictures
+def require_pictures(jobs: Sequence[Job]) -> None:
+    """Raise CannotDraw when a job needs pictures and none can be made here: ask before files are
+    written. A process of its own tries it, because graphics do not survive a fork."""
+    if all(job.sensing != CAMERA for job in jobs):
+        return
+    with ProcessPoolExecutor(1, multiprocessing.get_context("fork")) as pool:
+        pool.submit(_try_to_draw).result()
 
-    require_pictures()
+
+def _try_to_draw() -> None:
+    from fabric_sim.batch_camera_eyes import Eyes
+
+    Eyes(Files(), seed=0).close()
 
 
 def _tasks_of(run: HeadlessRun, tasks: int) -> list[Done]:
@@ -141,16 +151,11 @@ def _count_task() -> None:
 
 
 def results_of(jobs: Sequence[Job], processes: int) -> Iterator[tuple[Job, list[Done]]]:
-    """Every job with its results, in the order of the list, spread over the processes.
-
-    Raises CannotDraw before anything is run.
-    """
+    """Every job with its results, in the order of the list, spread over the processes."""
     # fork, before there are threads: a fresh interpreter does not find modules of a devel space
     fork = multiprocessing.get_context("fork")
     counter = fork.Value("q", 0)
     with ProcessPoolExecutor(min(processes, len(jobs)), fork, _share, (counter,)) as pool:
-        if any(job.sensing == CAMERA for job in jobs):
-            pool.submit(_require_pictures).result()
         tasks = sum(job.tasks for job in jobs)
         done = [pool.submit(run_job, job) for job in jobs]
         try:
@@ -165,7 +170,8 @@ def results_of(jobs: Sequence[Job], processes: int) -> Iterator[tuple[Job, list[
 
 
 def write(plan: Plan) -> str:
-    """Run everything, write the files, return the summary."""
+    """Run everything, write the files, return the summary. Raises CannotDraw before that."""
+    require_pictures(plan.job_list())
     record = RunRecord(plan.out_dir, {**vars(plan), "seeds": list(plan.seeds), "out_dir": ""})
     results = ResultsWriter(plan.out_dir / "results.csv")
     timing = TimingWriter(plan.out_dir / "timing.csv")

@@ -128,11 +128,6 @@ class Eyes:
         return session
 
 
-def require_pictures() -> None:
-    """Try whether pictures can be made here. Raises as `Eyes`."""
-    Eyes(Files(), seed=0).close()
-
-
 def _recogniser(model: Path, settings: Path, cell: Path) -> GestureRecogniser:
     trained = model_file.load(model)
     trained = trained._replace(features=places.in_cell(trained.features, cell))
