@@ -71,9 +71,9 @@ class Parser:
         frames = []
         buffer, at = self._buffer, 0
         while True:
-            at = buffer.find(HEADER, at)
+            behind, at = at, buffer.find(HEADER, at)
             if at < 0:
-                at = len(buffer) - buffer.endswith(HEADER[:1])
+                at = len(buffer) - (len(buffer) > behind and buffer.endswith(HEADER[:1]))
                 break
             if len(buffer) <= at + 2:
                 break

@@ -8,6 +8,7 @@ from typing import NamedTuple, Protocol
 from fabric_dobot_driver.emulator.geometry import Geometry, Values
 
 LINE_STEP = 5.0  # mm between the points of a line that are looked at before it is driven
+TURN_STEP = 5.0  # deg of r between them
 
 
 class Trapezoid(NamedTuple):

@@ -11,6 +11,7 @@ from fabric_dobot_driver.emulator.arc import arc_through
 from fabric_dobot_driver.emulator.geometry import Geometry, Values
 from fabric_dobot_driver.emulator.motion import (
     LINE_STEP,
+    TURN_STEP,
     JointWay,
     Motion,
     SpaceWay,
@@ -27,6 +28,7 @@ LINES = (MOVL_XYZ, MOVL_ANGLE, MOVL_INC)
 ANGLES = (JUMP_ANGLE, MOVJ_ANGLE, MOVL_ANGLE)
 HOME_WAY = ((0.2, 10.0, 30.0), (0.4, 10.0, 30.0))  # shares of the time; j2, j3 in deg
 LONGEST_CURVE = 5000.0  # mm; none within reach is longer
+LARGEST_TURN = 720.0  # deg
 HOME_SWITCH = 0.9  # of the limit of j1, where its switch is
 
 
@@ -120,9 +122,10 @@ class Planner:
     ) -> Motion:
         """The tool along a curve of this length in mm; `alarm` when it leaves the space."""
         self._checked(self.geometry.joints(pose(1.0)))
-        if length > LONGEST_CURVE:
+        turn = abs(pose(1.0)[3] - pose(0.0)[3])
+        if length > LONGEST_CURVE or turn > LARGEST_TURN:
             raise PlanError(alarm)
-        steps = max(2, math.ceil(length / LINE_STEP))
+        steps = max(2, math.ceil(max(length / LINE_STEP, turn / TURN_STEP)))
         points = [self.geometry.joints(pose(i / steps)) for i in range(steps + 1)]
         if any(self.geometry.fault(point) is not None for point in points[1:]):
             raise PlanError(alarm)
