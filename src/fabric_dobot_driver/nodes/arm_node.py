@@ -20,9 +20,10 @@ from std_msgs.msg import Header
 
 from fabric_dobot_driver import Goal, Joints, ToolPose, load_limits
 from fabric_dobot_driver import alarms as alarm_words
-from fabric_dobot_driver.arm_device import ArmDevice, ArmResult, ArmState, Notice
+from fabric_dobot_driver.arm_device import ArmDevice
 from fabric_dobot_driver.controller import Controller
 from fabric_dobot_driver.conveyor_device import ConveyorDevice
+from fabric_dobot_driver.events import ArmResult, ArmState, Notice
 from fabric_dobot_driver.link import SerialLink
 from fabric_dobot_driver.settings import DriverSettings
 from fabric_dobot_driver.wire import Wire

@@ -9,9 +9,10 @@ from pydobotlab.alarms import encode_alarms
 from pydobotlab.commands import CommandID as Id
 
 from fabric_dobot_driver import ToolPose, inverse, load_limits, units
-from fabric_dobot_driver.arm_device import ArmDevice, ArmResult, ArmState, Notice
+from fabric_dobot_driver.arm_device import ArmDevice
 from fabric_dobot_driver.controller import Controller
-from fabric_dobot_driver.conveyor_device import BeltState, ConveyorDevice
+from fabric_dobot_driver.conveyor_device import ConveyorDevice
+from fabric_dobot_driver.events import ArmResult, ArmState, BeltState, Notice
 from fabric_dobot_driver.limits import Goal
 from fabric_dobot_driver.link import LinkLost, NoAnswer
 from fabric_dobot_driver.settings import DriverSettings

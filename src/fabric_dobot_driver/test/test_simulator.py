@@ -10,9 +10,10 @@ from fake_magician import LIMITS
 from pydobotlab import simulator
 
 from fabric_dobot_driver import ToolPose
-from fabric_dobot_driver.arm_device import ArmDevice, ArmResult
+from fabric_dobot_driver.arm_device import ArmDevice
 from fabric_dobot_driver.controller import Controller
 from fabric_dobot_driver.conveyor_device import ConveyorDevice
+from fabric_dobot_driver.events import ArmResult
 from fabric_dobot_driver.limits import Goal
 from fabric_dobot_driver.link import SerialLink
 from fabric_dobot_driver.settings import DriverSettings

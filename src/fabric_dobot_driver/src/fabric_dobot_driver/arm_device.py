@@ -13,18 +13,17 @@ import math
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import NamedTuple
 
 from fabric_dobot_driver import alarms
 from fabric_dobot_driver.alarms import AlarmSet
-from fabric_dobot_driver.kinematics import Joints, ToolPose
+from fabric_dobot_driver.events import Act, ArmResult, ArmState, Notice
+from fabric_dobot_driver.kinematics import ToolPose
 from fabric_dobot_driver.lease import Lease
 from fabric_dobot_driver.limits import Fault, Goal, Limits, check_goal, check_path
 from fabric_dobot_driver.settings import DriverSettings
 from fabric_dobot_driver.wire import Wire
 from fabric_msgs.msg import MoveArmResult
 
-Act = Callable[[Wire], None]  # one exchange; done when it returns, tried again when it raises
 OUTCOMES = {
     Fault.INVALID: MoveArmResult.INVALID,
     Fault.UNREACHABLE: MoveArmResult.UNREACHABLE,
@@ -32,30 +31,6 @@ OUTCOMES = {
 HOMING = 0  # in the place of a goal's number
 STILL = 2e-4  # m that a standing tool seems to move
 CALM = 0.3  # s after which a tool that has not moved stands
-
-
-class ArmResult(NamedTuple):
-    """The end of a goal."""
-
-    number: int
-    outcome: int  # MoveArmResult.*
-    reason: str
-
-
-class ArmState(NamedTuple):
-    """A look at the arm. number: of the goal under way, None without one; remaining: m to it."""
-
-    pose: ToolPose
-    joints: Joints
-    number: int | None
-    remaining: float
-
-
-class Notice(NamedTuple):
-    """Something worth a line in the log."""
-
-    text: str
-    serious: bool = False
 
 
 @dataclass

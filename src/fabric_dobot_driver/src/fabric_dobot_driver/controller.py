@@ -13,8 +13,9 @@ from collections.abc import Callable
 from concurrent.futures import Future
 from dataclasses import dataclass
 
-from fabric_dobot_driver.arm_device import Act, ArmDevice, Notice
+from fabric_dobot_driver.arm_device import ArmDevice
 from fabric_dobot_driver.conveyor_device import ConveyorDevice
+from fabric_dobot_driver.events import Act, Notice
 from fabric_dobot_driver.link import Link, LinkLost, NoAnswer
 from fabric_dobot_driver.settings import DriverSettings
 from fabric_dobot_driver.wire import Wire

@@ -8,19 +8,11 @@ edges chatter.
 
 import math
 from collections.abc import Callable
-from typing import NamedTuple
 
 from fabric_dobot_driver import units
-from fabric_dobot_driver.arm_device import Act
+from fabric_dobot_driver.events import Act, BeltState
 from fabric_dobot_driver.settings import DriverSettings
 from fabric_dobot_driver.wire import Wire
-
-
-class BeltState(NamedTuple):
-    """speed: as the motor was told, m/s. cube: whether something is in the beam."""
-
-    speed: float
-    cube: bool
 
 
 class ConveyorDevice:
