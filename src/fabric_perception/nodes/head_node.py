@@ -8,7 +8,7 @@ from geometry_msgs.msg import Point, Pose, Quaternion
 from sensor_msgs.msg import CameraInfo, Image
 
 from fabric_msgs.msg import HeadState
-from fabric_msgs.traffic import Traffic
+from fabric_msgs.traffic import PICTURES, Traffic
 from fabric_perception.camera import Camera
 from fabric_perception.camera_poses import PARENT, quaternion_of
 from fabric_perception.head.helmet import Helmet, load_helmet
@@ -43,7 +43,7 @@ class HeadNode:
         self._heads = self._traffic.publisher("human/head", HeadState)
         self._overlay = rospy.Publisher(OVERLAY, Image, queue_size=1)
         rospy.Subscriber(INFO, CameraInfo, self._traffic.serialised(self._on_info), queue_size=1)
-        self._traffic.subscribe(IMAGE, Image, self._on_image)
+        self._traffic.subscribe(IMAGE, Image, self._on_image, **PICTURES)
 
     def _on_info(self, info: CameraInfo) -> None:
         if self._source.told(info):

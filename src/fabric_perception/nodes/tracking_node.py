@@ -18,7 +18,7 @@ from fabric_msgs.msg import (
     LoadCellReadings,
     TaskState,
 )
-from fabric_msgs.traffic import Traffic
+from fabric_msgs.traffic import PICTURES, Traffic
 from fabric_perception.camera_poses import PARENT
 from fabric_perception.images import colour_of, depth_of, fill
 from fabric_perception.picture_input import CameraSource, PictureTimes
@@ -84,8 +84,8 @@ class TrackingNode:
         self._pairs = message_filters.ApproximateTimeSynchronizer([colours, depths], QUEUE, APART)
         self._pairs.registerCallback(self._on_pictures)
         # counted subscriptions feed the filters: a picture is handled when its pair is, or waits
-        self._traffic.subscribe(COLOUR, Image, colours.signalMessage)
-        self._traffic.subscribe(DEPTH, Image, depths.signalMessage)
+        self._traffic.subscribe(COLOUR, Image, colours.signalMessage, **PICTURES)
+        self._traffic.subscribe(DEPTH, Image, depths.signalMessage, **PICTURES)
 
     # -- what it is told ------------------------------------------------------------------------
 
