@@ -2,4 +2,8 @@
 from catkin_pkg.python_setup import generate_distutils_setup
 from setuptools import setup
 
-setup(**generate_distutils_setup(packages=["fabric_dobot_driver"], package_dir={"": "src"}))
+setup(
+    **generate_distutils_setup(
+        packages=["fabric_dobot_driver", "fabric_dobot_driver.emulator"], package_dir={"": "src"}
+    )
+)

@@ -278,7 +278,7 @@ WORDS = (
     Word("selector", "", "abps: a file in place of config/selector.yaml", settings),
     Word("person", "", "abps: code to keep what is learnt of them under, as P07", person, ("sim",)),
     Word("memory", "runs/people", "abps: folder of what is kept of persons", folder, ("sim",)),
-    Word("sensing", "direct", "direct: labels with noise; camera: pictures", sensing, ("sim",)),
+    Word("sensing", "direct", "direct: labels with noise; camera: pictures", sensing),
     Word("speed", "max", "times real time, or max; manual: 1 unless given", speed, ("sim",)),
     Word("web_port", "0", "of the page for human:=manual; 0 is any free one", port, ("sim",)),
     Word("rviz", "false", "open the 3D view", boolean, ("sim",)),

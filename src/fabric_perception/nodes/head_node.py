@@ -8,19 +8,19 @@ from geometry_msgs.msg import Point, Pose, Quaternion
 from sensor_msgs.msg import CameraInfo, Image
 
 from fabric_msgs.msg import HeadState
-from fabric_msgs.traffic import Traffic
-from fabric_perception.camera import Camera, CameraError
-from fabric_perception.camera_poses import PARENT, pose_of, quaternion_of
+from fabric_msgs.traffic import PICTURES, Traffic
+from fabric_perception.camera import Camera
+from fabric_perception.camera_poses import PARENT, quaternion_of
 from fabric_perception.head.helmet import Helmet, load_helmet
 from fabric_perception.head.overlay import draw_overlay
 from fabric_perception.head.parameters import HeadParameters
 from fabric_perception.head.tracker import HeadPercept, HeadTracker
 from fabric_perception.images import colour_of, fill, grey_of
+from fabric_perception.picture_input import CameraSource, PictureTimes, StampError
 from fabric_perception.settings import settings_from
 
 IMAGE, INFO = "head/camera/image_raw", "head/camera/camera_info"
 OVERLAY = "head/camera/overlay"
-NEW_TIME = 2.0  # s; time that jumps back further begins anew, as when a bag is played again
 
 
 class HeadNode:
@@ -29,68 +29,55 @@ class HeadNode:
     def __init__(self, helmet: Helmet, parameters: HeadParameters) -> None:
         self._helmet = helmet
         self._parameters = parameters
-        self._info: CameraInfo | None = None
         self._camera: Camera | None = None
         self._tracker: HeadTracker | None = None
-        self._newest = 0.0  # s, of the pictures
-        self._frames = tf2_ros.Buffer()
-        self._listener = tf2_ros.TransformListener(self._frames)
+        self._times = PictureTimes(parameters.picture_age)
+        frames = tf2_ros.Buffer()
+        self._listener = tf2_ros.TransformListener(frames)
+        self._source = CameraSource(
+            rospy.resolve_name(INFO),
+            lambda frame: frames.lookup_transform(PARENT, frame, rospy.Time()),
+            tf2_ros.TransformException,
+        )
         self._traffic = Traffic("head")
         self._heads = self._traffic.publisher("human/head", HeadState)
         self._overlay = rospy.Publisher(OVERLAY, Image, queue_size=1)
         rospy.Subscriber(INFO, CameraInfo, self._traffic.serialised(self._on_info), queue_size=1)
-        self._traffic.subscribe(IMAGE, Image, self._on_image)
+        self._traffic.subscribe(IMAGE, Image, self._on_image, **PICTURES)
 
     def _on_info(self, info: CameraInfo) -> None:
-        known = self._info
-        if known is None or (info.K, info.D, info.width) != (known.K, known.D, known.width):
+        if self._source.told(info):
             self._camera = self._tracker = None
-        self._info = info
 
     def _on_image(self, message: Image) -> None:
         t = message.header.stamp.to_sec()
-        if not self._in_time(t):
-            return
         try:
-            percept = self._look(t, message)
-        except ValueError as error:
+            anew = self._times.accept(rospy.get_time(), t)
+        except StampError as error:  # nobody waits any more for what a picture of that time shows
             rospy.logwarn_throttle(5.0, f"head: a picture is left out: {error}")
-            percept = None
+            return
+        if anew:
+            rospy.logwarn(f"head: time begins anew at {t:.2f} s")
+            self._tracker = None
+        percept = self._percept(t, message)
         self._heads.publish(_state(message.header.stamp, percept))
         if percept is not None and self._overlay.get_num_connections():
             self._show(message, percept)
 
-    def _in_time(self, t: float) -> bool:
-        """Whether a picture is of now and newer than the last; says so when it is not."""
-        age = rospy.get_time() - t
-        if abs(age) > self._parameters.picture_age:
-            rospy.logwarn_throttle(5.0, f"head: a picture {age:.2f} s old is left out")
-            return False
-        if self._newest - t > NEW_TIME:
-            rospy.logwarn(f"head: time begins anew at {t:.2f} s")
-            self._tracker = None
-        elif t <= self._newest:
-            rospy.logwarn_throttle(5.0, f"head: a picture of {t:.3f} s came late and is left out")
-            return False
-        self._newest = t
-        return True
+    def _percept(self, t: float, message: Image) -> HeadPercept | None:
+        """What a picture shows; None when it or its camera is of no use."""
+        try:
+            return self._look(t, message)
+        except ValueError as error:
+            rospy.logwarn_throttle(5.0, f"head: a picture is left out: {error}")
+            return None
 
     def _look(self, t: float, message: Image) -> HeadPercept:
         """Raises ValueError when camera or picture are of no use."""
         if self._tracker is None:
-            self._camera = self._find_camera(message.header.frame_id)
+            self._camera = self._source.camera(message.header.frame_id)
             self._tracker = HeadTracker(self._camera, self._helmet, self._parameters)
         return self._tracker.step(t, grey_of(message))
-
-    def _find_camera(self, frame: str) -> Camera:
-        if self._info is None:
-            raise CameraError(f"nothing has come yet on {rospy.resolve_name(INFO)}")
-        try:
-            found = self._frames.lookup_transform(PARENT, frame, rospy.Time(0)).transform
-        except tf2_ros.TransformException as error:
-            raise CameraError(f"where the camera '{frame}' is, is not known: {error}") from None
-        p, q = found.translation, found.rotation
-        return Camera.from_camera_info(self._info, pose_of((p.x, p.y, p.z), (q.x, q.y, q.z, q.w)))
 
     def _show(self, message: Image, percept: HeadPercept) -> None:
         drawn = draw_overlay(colour_of(message), self._camera, percept)

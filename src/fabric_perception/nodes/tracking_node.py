@@ -2,53 +2,39 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """ROS node of the tracker: pictures of the cell camera in; cubes, containers and the hand out."""
 
-import math
-from collections import deque
-from dataclasses import replace
-
 import diagnostic_updater
 import message_filters
-import numpy as np
 import rospy
 import tf2_ros
-from geometry_msgs.msg import Point, Pose, PoseStamped, Quaternion, Vector3
+from geometry_msgs.msg import PoseStamped
 from sensor_msgs.msg import CameraInfo, Image
 from std_msgs.msg import Header
 
 from fabric_msgs.msg import (
-    Container,
     ContainerArray,
     ConveyorState,
-    Cube,
     CubeArray,
     HandState,
     LoadCellReadings,
     TaskState,
 )
-from fabric_msgs.traffic import Traffic
-from fabric_perception.camera import Camera, CameraError
-from fabric_perception.camera_poses import PARENT, pose_of
+from fabric_msgs.traffic import PICTURES, Traffic
+from fabric_perception.camera_poses import PARENT
 from fabric_perception.images import colour_of, depth_of, fill
+from fabric_perception.picture_input import CameraSource, PictureTimes
 from fabric_perception.settings import settings_from
-from fabric_perception.tracking.carriers import Signals
 from fabric_perception.tracking.colours import Palette
-from fabric_perception.tracking.containers import Containers
-from fabric_perception.tracking.hand import HandTrack
 from fabric_perception.tracking.health import Health
 from fabric_perception.tracking.overlay import draw_overlay
 from fabric_perception.tracking.parameters import TrackingParameters
-from fabric_perception.tracking.pipeline import SeenCube, Tracking
+from fabric_perception.tracking.session import TrackingSession
 from fabric_perception.tracking.weighing import Scales, scale_parameters
 from fabric_perception.tracking.workspace import Workspace
 
 COLOUR, DEPTH = "cell/camera/rgb/image_raw", "cell/camera/depth/image"
 INFO, OVERLAY = "cell/camera/rgb/camera_info", "cell/camera/overlay"
-RUNNING = (TaskState.SHOWING_RULES, TaskState.RUNNING)
 APART = 0.02  # s, between a colour and a depth picture that belong together
 QUEUE = 10  # pictures that wait for their partner
-CUPS = 20  # places of the cup that are kept: its way is needed at the time of a picture
-NEW_TIME = 2.0  # s; time that jumps back further begins anew, as when a bag is played again
-UPRIGHT = Quaternion(0.0, 0.0, 0.0, 1.0)
 
 
 class TrackingNode:
@@ -61,21 +47,17 @@ class TrackingNode:
         parameters: TrackingParameters,
         scales: Scales | None,
     ) -> None:
-        self._workspace, self._palette, self._parameters = workspace, palette, parameters
-        self._info: CameraInfo | None = None
-        self._trackers: dict[str, Tracking] = {}
-        self._tracking: Tracking | None = None
-        self._scenario = workspace.scenario
-        self._task_id = 0
-        self._told: tuple[Tracking | None, int] = (None, 0)
-        self._sequence = 0
-        self._newest = -math.inf
-        self._cups: deque[tuple[float, np.ndarray]] = deque(maxlen=CUPS)
-        self._scales = scales
-        self._conveyor: ConveyorState | None = None
-        self._health = Health(parameters.stale_after)
-        self._frames = tf2_ros.Buffer()
-        self._listener = tf2_ros.TransformListener(self._frames)
+        self._session = TrackingSession(workspace, palette, parameters, scales)
+        self._weighs = scales is not None
+        self._times = PictureTimes(parameters.stale_after)
+        self._health = Health()
+        frames = tf2_ros.Buffer()
+        self._listener = tf2_ros.TransformListener(frames)
+        self._source = CameraSource(
+            rospy.resolve_name(INFO),
+            lambda frame: frames.lookup_transform(PARENT, frame, rospy.Time()),
+            tf2_ros.TransformException,
+        )
         self._traffic = Traffic("tracking")
         self._advertise()
         self._listen()
@@ -96,131 +78,68 @@ class TrackingNode:
         self._traffic.subscribe("arm/tcp", PoseStamped, self._on_cup)
         self._traffic.subscribe("conveyor/state", ConveyorState, self._on_conveyor)
         self._traffic.subscribe("task/state", TaskState, self._on_task)
-        if self._scales is not None:
+        if self._weighs:
             self._traffic.subscribe("sensors/load_cells", LoadCellReadings, self._on_load_cells)
         colours, depths = message_filters.SimpleFilter(), message_filters.SimpleFilter()
         self._pairs = message_filters.ApproximateTimeSynchronizer([colours, depths], QUEUE, APART)
         self._pairs.registerCallback(self._on_pictures)
         # counted subscriptions feed the filters: a picture is handled when its pair is, or waits
-        self._traffic.subscribe(COLOUR, Image, colours.signalMessage)
-        self._traffic.subscribe(DEPTH, Image, depths.signalMessage)
+        self._traffic.subscribe(COLOUR, Image, colours.signalMessage, **PICTURES)
+        self._traffic.subscribe(DEPTH, Image, depths.signalMessage, **PICTURES)
 
     # -- what it is told ------------------------------------------------------------------------
 
     def _on_info(self, info: CameraInfo) -> None:
-        known = self._info
-        if known is None or _lens(info) != _lens(known):
-            self._trackers, self._tracking = {}, None
-        self._info = info
+        if self._source.told(info):
+            self._session.forget_camera()
 
     def _on_cup(self, pose: PoseStamped) -> None:
         at = pose.pose.position
-        place = self._workspace.arm.to_cell(np.array([at.x, at.y, at.z]))
-        self._cups.append((pose.header.stamp.to_sec(), place))
+        self._session.on_cup(pose.header.stamp.to_sec(), (at.x, at.y, at.z))
 
     def _on_conveyor(self, state: ConveyorState) -> None:
-        self._conveyor = state
+        self._session.on_conveyor(state)
 
     def _on_task(self, task: TaskState) -> None:
-        if task.task_id == self._task_id or task.status not in RUNNING:
-            return
-        self._task_id = task.task_id
-        if self._scales is not None:
-            self._scales.reset()
-        if task.scenario not in self._workspace.scenarios:
-            rospy.logerr(f"tracking: scenario {task.scenario!r} has no containers in cell.yaml")
-            return
-        self._scenario, self._tracking = task.scenario, self._trackers.get(task.scenario)
-        if self._tracking is not None:
-            self._tracking.start_task()
-            self._publish_containers(task.header.stamp)
+        """Raises ValueError for a scenario without containers, which the traffic logs."""
+        self._publish_containers(self._session.on_task(task))
 
     def _on_load_cells(self, readings: LoadCellReadings) -> None:
         """Raises ValueError for readings that make no sense, which the traffic logs."""
-        stamp = readings.header.stamp
-        assert self._scales is not None
-        changes = self._scales.read(
-            stamp.to_sec(), readings.period, list(readings.containers), readings.counts
-        )
-        if self._tracking is None:
-            return
-        for change in changes:
-            self._tracking.on_load_step(change.tray, change.t, change.cubes)
-        self._publish_containers(stamp)
+        self._publish_containers(self._session.on_load_cells(readings))
 
     def _on_pictures(self, colour: Image, depth: Image) -> None:
-        stamp, now = colour.header.stamp, rospy.get_time()
-        reason = self._health.fresh(now, stamp.to_sec())
-        if not reason:
-            try:
-                self._track(colour, depth)
-                return
-            except ValueError as error:
-                reason = str(error)
-        self._health.refuse(now, reason)
-        rospy.logwarn_throttle(5.0, f"tracking: a picture is left out: {reason}")
+        try:
+            self._track(colour, depth)
+        except ValueError as error:
+            self._health.refuse(rospy.get_time(), str(error))
+            rospy.logwarn_throttle(5.0, f"tracking: a picture is left out: {error}")
 
     # -- what it does ---------------------------------------------------------------------------
 
     def _track(self, colour: Image, depth: Image) -> None:
         """Raises ValueError when camera or pictures are of no use."""
         stamp = colour.header.stamp
-        tracking = self._tracking or self._begin(colour.header.frame_id)
-        if self._newest - stamp.to_sec() > NEW_TIME:
+        anew = self._times.accept(rospy.get_time(), stamp.to_sec())
+        frame = colour.header.frame_id
+        tracking = self._session.tracking or self._session.use_camera(self._source.camera(frame))
+        if anew:
             rospy.logwarn(f"tracking: time begins anew at {stamp.to_sec():.2f} s")
             tracking.restart()
         bgr = colour_of(colour)
-        seen = tracking.step(stamp.to_sec(), bgr, depth_of(depth), self._signals(stamp.to_sec()))
-        self._newest = stamp.to_sec()
         header = Header(stamp=stamp, frame_id=PARENT)
-        self._cubes.publish(CubeArray(header, [_cube(cube) for cube in seen.cubes]))
-        self._hands.publish(_hand(header, seen.hand))
-        self._publish_containers(stamp)
+        seen, cubes, hand, containers = self._session.on_pictures(header, bgr, depth_of(depth))
+        self._cubes.publish(cubes)
+        self._hands.publish(hand)
+        self._publish_containers(containers)
         self._health.take(rospy.get_time(), stamp.to_sec(), seen.depth_share)
         if self._overlay.get_num_connections():
             drawn = draw_overlay(bgr, tracking.camera, tracking.workspace, seen)
             self._overlay.publish(fill(Image(header=colour.header), drawn))
 
-    def _begin(self, frame: str) -> Tracking:
-        """The tracker of the present scenario; those of all are made, which takes a moment."""
-        camera = self._find_camera(frame)
-        for name in self._workspace.scenarios:
-            workspace = replace(self._workspace, scenario=name)
-            self._trackers[name] = Tracking(camera, workspace, self._palette, self._parameters)
-        self._tracking = self._trackers[self._scenario]
-        return self._tracking
-
-    def _find_camera(self, frame: str) -> Camera:
-        if self._info is None:
-            raise CameraError(f"nothing has come yet on {rospy.resolve_name(INFO)}")
-        try:
-            found = self._frames.lookup_transform(PARENT, frame, rospy.Time(0)).transform
-        except tf2_ros.TransformException as error:
-            raise CameraError(f"where the camera '{frame}' is, is not known: {error}") from None
-        p, q = found.translation, found.rotation
-        return Camera.from_camera_info(self._info, pose_of((p.x, p.y, p.z), (q.x, q.y, q.z, q.w)))
-
-    def _signals(self, t: float) -> Signals:
-        """What arm and belt say at the time of a picture, s."""
-        cup = None
-        if self._cups:
-            times = [moment for moment, _ in self._cups]
-            places = np.array([place for _, place in self._cups])
-            cup = np.array([np.interp(t, times, places[:, axis]) for axis in range(3)])
-        if self._conveyor is None:
-            return Signals(cup)
-        return Signals(cup, self._conveyor.speed, self._conveyor.cube_at_pick_point)
-
-    def _publish_containers(self, stamp: rospy.Time) -> None:
-        """Publish the containers when they have changed."""
-        tracking = self._tracking
-        if tracking is None or self._told == (tracking, tracking.containers.sequence):
-            return
-        self._told = (tracking, tracking.containers.sequence)
-        self._sequence += 1
-        rows = _rows(tracking.workspace, tracking.containers)
-        header = Header(stamp=stamp, frame_id=PARENT)
-        self._containers.publish(ContainerArray(header, self._sequence, rows))
+    def _publish_containers(self, containers: ContainerArray | None) -> None:
+        if containers is not None:
+            self._containers.publish(containers)
 
     def _diagnose(
         self, wrapper: diagnostic_updater.DiagnosticStatusWrapper
@@ -230,31 +149,6 @@ class TrackingNode:
         for name, value in status.values.items():
             wrapper.add(name, value)
         return wrapper
-
-
-def _lens(info: CameraInfo) -> tuple:
-    return info.K, tuple(info.D), info.width, info.height
-
-
-def _cube(cube: SeenCube) -> Cube:
-    pose = Pose(Point(*map(float, cube.position)), UPRIGHT)
-    return Cube(cube.id, cube.colour, cube.where, pose, cube.confidence)
-
-
-def _hand(header: Header, hand: HandTrack | None) -> HandState:
-    if hand is None:
-        return HandState(header=header, age=math.inf)
-    position, velocity = Point(*map(float, hand.position)), Vector3(*map(float, hand.velocity))
-    return HandState(header, hand.visible, position, velocity, hand.age)
-
-
-def _rows(workspace: Workspace, containers: Containers) -> list[Container]:
-    rows = []
-    for tray in workspace.trays:
-        ids = containers.contents[tray.id]
-        colours = bytes(containers.colours[number] for number in ids)
-        rows.append(Container(tray.id, tray.owner, tray.label, list(ids), colours))
-    return rows
 
 
 def main() -> None:

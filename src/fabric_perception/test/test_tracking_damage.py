@@ -145,12 +145,9 @@ def test_parameters_can_be_replaced_one_by_one():
     )
 
 
-def test_stale_pictures_and_missing_depth_show_in_the_diagnostic():
-    health = Health(stale_after=0.5)
+def test_refused_pictures_and_missing_depth_show_in_the_diagnostic():
+    health = Health()
     assert health.status(0.0).level == ERROR
-    assert health.fresh(10.0, 9.8) == ""
-    assert "0.70 s old" in health.fresh(10.0, 9.3)
-    assert "0.70 s ahead of time" in health.fresh(10.0, 10.7)
     health.take(10.0, 9.9, depth_share=1.0)
     assert health.status(10.1).level == OK
     health.refuse(10.2, "the depth picture is empty")

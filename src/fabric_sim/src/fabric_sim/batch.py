@@ -5,7 +5,7 @@
 
 Writes results.csv, events.csv (a large one as events.csv.gz), timing.csv, summary.txt and run.json
 into out_dir; prints the summary and the hash of the event log. The same words always give the same
-results.csv and events.csv, whatever `jobs` is.
+results.csv and events.csv, whatever `jobs` is. With sensing:=camera perception works on pictures.
 """
 
 from __future__ import annotations
@@ -15,13 +15,16 @@ import multiprocessing
 import shutil
 import sys
 from collections.abc import Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import ProcessPoolExecutor, wait
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any, NamedTuple
 
 from tqdm import tqdm
 
+from fabric_sim.batch_files import Files
 from fabric_sim.batch_loop import HeadlessRun, RunSetup, TaskResult
+from fabric_sim.camera.drawing import CannotDraw
 from fabric_study.comparison import comparison_lines
 from fabric_study.event_log import LOG_FILE, EventLogWriter, digest_line
 from fabric_study.event_rows import LogRow
@@ -34,9 +37,18 @@ from fabric_study.results import (
 )
 from fabric_study.run_record import RunRecord
 
-Job = tuple[RunSetup, int]  # the run, how many tasks
+CAMERA = "camera"
+REFRESH = 0.5  # s between looks at how far the processes are
 Done = tuple[TaskResult, list[LogRow]]  # a task and what happened in it
 LARGE = 20_000_000  # bytes; a longer log is compressed
+
+
+class Job(NamedTuple):
+    """A run and how many tasks of it, as `sensing` sees them."""
+
+    setup: RunSetup
+    tasks: int
+    sensing: str = "direct"
 
 
 @dataclass(frozen=True)
@@ -52,6 +64,7 @@ class Plan:
     out_dir: Path
     selector: str = ""  # file of ABPS' parameters
     library: str = ""  # folder of ABPS' library
+    sensing: str = "direct"
 
     @classmethod
     def parse(cls, words: Sequence[str]) -> Plan:
@@ -68,12 +81,13 @@ class Plan:
             out_dir=Path(value["out_dir"]),
             selector=value["selector"],
             library=value["library"],
+            sensing=value["sensing"],
         )
 
     def job_list(self) -> list[Job]:
         """One job a run, policy by policy."""
         return [
-            (self._setup(policy, seed), self.tasks)
+            Job(self._setup(policy, seed), self.tasks, self.sensing)
             for policy in self.policies
             for seed in self.seeds
         ]
@@ -90,36 +104,86 @@ class Plan:
 
 
 def run_job(job: Job) -> list[Done]:
-    """All tasks of one run, in order."""
-    setup, tasks = job
-    run = HeadlessRun(setup)
-    return [(run.run_task(), run.event_log()) for _ in range(tasks)]
+    """All tasks of one run, in order. Raises CannotDraw where sensing:=camera is impossible."""
+    if job.sensing != CAMERA:
+        return _tasks_of(HeadlessRun(job.setup), job.tasks)
+    from fabric_sim.batch_camera import CameraRun  # takes a moment, which others need not wait
+
+    with CameraRun(job.setup) as run:
+        return _tasks_of(run, job.tasks)
 
 
-def results_of(plan: Plan) -> Iterator[tuple[Job, list[Done]]]:
+def require_pictures(jobs: Sequence[Job]) -> None:
+    """Raise CannotDraw when a job needs pictures and none can be made here: ask before files are
+    written. A process of its own tries it, because graphics do not survive a fork."""
+    if all(job.sensing != CAMERA for job in jobs):
+        return
+    with ProcessPoolExecutor(1, multiprocessing.get_context("fork")) as pool:
+        pool.submit(_try_to_draw).result()
+
+
+def _try_to_draw() -> None:
+    from fabric_sim.batch_camera_eyes import Eyes
+
+    Eyes(Files(), seed=0).close()
+
+
+def _tasks_of(run: HeadlessRun, tasks: int) -> list[Done]:
+    done = []
+    for _ in range(tasks):
+        done.append((run.run_task(), run.event_log()))
+        _count_task()
+    return done
+
+
+_finished = None  # shared by the processes: how many tasks have ended
+
+
+def _share(counter: Any) -> None:
+    global _finished
+    _finished = counter
+
+
+def _count_task() -> None:
+    if _finished is not None:
+        with _finished.get_lock():
+            _finished.value += 1
+
+
+def results_of(jobs: Sequence[Job], processes: int) -> Iterator[tuple[Job, list[Done]]]:
     """Every job with its results, in the order of the list, spread over the processes."""
-    jobs = plan.job_list()
     # fork, before there are threads: a fresh interpreter does not find modules of a devel space
     fork = multiprocessing.get_context("fork")
-    with ProcessPoolExecutor(min(plan.jobs, len(jobs)), mp_context=fork) as pool:
-        done = pool.map(run_job, jobs)
-        yield from zip(jobs, tqdm(done, total=len(jobs), unit="run", leave=False), strict=True)
+    counter = fork.Value("q", 0)
+    with ProcessPoolExecutor(min(processes, len(jobs)), fork, _share, (counter,)) as pool:
+        tasks = sum(job.tasks for job in jobs)
+        done = [pool.submit(run_job, job) for job in jobs]
+        try:
+            with tqdm(total=tasks, unit="task", leave=False) as bar:
+                for job, future in zip(jobs, done, strict=True):
+                    while not future.done():
+                        wait([future], REFRESH)
+                        bar.update(counter.value - bar.n)
+                    yield job, future.result()
+        finally:  # one that failed ends all
+            pool.shutdown(cancel_futures=True)
 
 
 def write(plan: Plan) -> str:
-    """Run everything, write the files, return the summary."""
+    """Run everything, write the files, return the summary. Raises CannotDraw before that."""
+    require_pictures(plan.job_list())
     record = RunRecord(plan.out_dir, {**vars(plan), "seeds": list(plan.seeds), "out_dir": ""})
     results = ResultsWriter(plan.out_dir / "results.csv")
     timing = TimingWriter(plan.out_dir / "timing.csv")
     log = EventLogWriter(plan.out_dir / LOG_FILE)
     rows, root_seeds = [], []
-    for (setup, _), tasks in results_of(plan):
+    for job, tasks in results_of(plan.job_list(), plan.jobs):
         for task, happened in tasks:
             results.write(task.row)
             log.write_task(happened)
-            timing.write_decisions(setup.policy, task.decisions)
+            timing.write_decisions(job.setup.policy, task.decisions)
             rows.append(task.row)
-            root_seeds.append(setup.seed)
+            root_seeds.append(job.setup.seed)
             record.task_done()
     results.close()
     timing.close()
@@ -146,7 +210,11 @@ def pack(path: Path) -> Path:
 def main(words: Sequence[str]) -> int:
     """Run the command; return its exit code."""
     plan = Plan.parse(words)
-    print(write(plan))
+    try:
+        print(write(plan))
+    except CannotDraw as error:
+        print(f"fabric: {error}", file=sys.stderr)
+        return 2
     print(f"events   {pack(plan.out_dir / LOG_FILE)}")
     print(f"results  {plan.out_dir / 'results.csv'}")
     return 0

@@ -20,23 +20,13 @@ class Status(NamedTuple):
 class Health:
     """Counts pictures that were used, and those that were not, by reason. Times in s."""
 
-    def __init__(self, stale_after: float) -> None:
-        """stale_after: age in s from which on a picture is of no use."""
-        self._stale_after = stale_after
+    def __init__(self) -> None:
         self.used = 0
         self.refused = 0
         self._last_used: float | None = None
         self._last_refused: tuple[float, str] | None = None
         self._depth_share = 1.0
         self._age = 0.0
-
-    def fresh(self, now: float, stamp: float) -> str:
-        """Return why a picture stamped `stamp` is of no use at `now`; empty when it is."""
-        age = now - stamp
-        if abs(age) <= self._stale_after:
-            return ""
-        when = "old" if age > 0.0 else "ahead of time"
-        return f"a picture {abs(age):.2f} s {when}; {self._stale_after:g} s are allowed"
 
     def take(self, now: float, stamp: float, depth_share: float) -> None:
         """A pair of pictures was used."""

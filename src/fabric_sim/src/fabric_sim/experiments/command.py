@@ -8,6 +8,7 @@ from collections.abc import Sequence
 EXPERIMENTS = {  # name: module with main(words) -> exit code
     "human-models": "fabric_sim.experiments.human_models",
     "long-term": "fabric_sim.experiments.long_term",
+    "sensing": "fabric_sim.experiments.sensing",
     "short-term": "fabric_sim.experiments.short_term",
 }
 

@@ -1,0 +1,321 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""The Dobot Magician as a node: arm and belt hang on one controller, so one node owns its port."""
+
+import math
+import queue
+import sys
+import threading
+import time
+from collections.abc import Callable
+from concurrent.futures import TimeoutError as NotInTime
+
+import actionlib
+import rospy
+from actionlib_msgs.msg import GoalID
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from geometry_msgs.msg import Point, Pose, PoseStamped, Quaternion
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Header
+
+from fabric_dobot_driver import Goal, Joints, ToolPose, load_limits
+from fabric_dobot_driver import alarms as alarm_words
+from fabric_dobot_driver.arm_device import ArmDevice
+from fabric_dobot_driver.controller import Controller
+from fabric_dobot_driver.conveyor_device import ConveyorDevice
+from fabric_dobot_driver.events import ArmResult, ArmState, Notice
+from fabric_dobot_driver.link import SerialLink
+from fabric_dobot_driver.settings import DriverSettings
+from fabric_dobot_driver.wire import Wire
+from fabric_msgs.msg import (
+    ConveyorState,
+    Heartbeat,
+    MoveArmAction,
+    MoveArmFeedback,
+    MoveArmResult,
+    SafetyState,
+)
+from fabric_msgs.srv import (
+    Command,
+    CommandResponse,
+    SetConveyor,
+    SetConveyorResponse,
+    SetSuction,
+    SetSuctionResponse,
+)
+from fabric_msgs.traffic import Traffic
+
+BASE = "arm_base_link"
+REFUSED = (MoveArmResult.INVALID, MoveArmResult.UNREACHABLE)
+BELT_PERIOD = 0.1  # s between conveyor/state
+HEALTH_PERIOD = 1.0  # s between diagnostics
+PATIENCE = 1.0  # s that a service waits for the arm to answer
+
+
+class ArmServer(actionlib.ActionServer):
+    """Serves `arm/move`. A cancellation reaches the arm before the action library sees it."""
+
+    def __init__(self, arm: ArmDevice, wake: Callable[[], None]) -> None:
+        self._arm, self._wake = arm, wake
+        self._handles: dict[int, actionlib.ServerGoalHandle] = {}
+        self._numbers: dict[str, int] = {}  # the arm's number of a goal's id
+        self._early: set[str] = set()  # ids of goals whose cancellation overtook them
+        self._last = 0
+        # rospy calls the subscribers of a topic in their order, each topic in its own thread
+        rospy.Subscriber("arm/move/cancel", GoalID, self._on_cancel_message, tcp_nodelay=True)
+        super().__init__("arm/move", MoveArmAction, self._on_goal, self._on_cancel, False)
+        self.start()
+
+    def _on_cancel_message(self, goal_id: GoalID) -> None:
+        if not goal_id.id and goal_id.stamp == rospy.Time():
+            self._arm.halt("everything was cancelled")
+        elif goal_id.id in self._numbers:
+            self._arm.cancel(self._numbers[goal_id.id])
+        self._wake()
+
+    def internal_cancel_callback(self, goal_id: GoalID) -> None:
+        """Keep a cancellation that overtook its goal: the library would answer for the arm."""
+        with self.lock:
+            known = any(entry.status.goal_id.id == goal_id.id for entry in self.status_list)
+            if goal_id.id and not known:
+                self._early.add(goal_id.id)
+                return
+        super().internal_cancel_callback(goal_id)
+
+    def finish(self, result: ArmResult) -> None:
+        """Tell the client how its goal ended."""
+        with self.lock:
+            handle = self._handles.pop(result.number)
+            del self._numbers[handle.get_goal_id().id]
+            message = MoveArmResult(result.outcome, result.reason)
+            if result.outcome in REFUSED:
+                handle.set_rejected(message, result.reason)
+                return
+            self._accept(handle)
+            if result.outcome == MoveArmResult.REACHED:
+                handle.set_succeeded(message)
+            elif result.outcome == MoveArmResult.PRE_EMPTED:
+                handle.set_canceled(message, result.reason)
+            else:
+                handle.set_aborted(message, result.reason)
+
+    def report(self, state: ArmState) -> None:
+        """Say how far the goal is."""
+        with self.lock:
+            handle = self._handles.get(state.number)
+            if handle is not None:
+                self._accept(handle)
+                handle.publish_feedback(MoveArmFeedback(pose_of(state.pose), state.remaining))
+
+    @staticmethod
+    def _accept(handle: actionlib.ServerGoalHandle) -> None:
+        if handle.get_goal_status().status == actionlib.GoalStatus.PENDING:
+            handle.set_accepted()
+
+    def _on_goal(self, handle: actionlib.ServerGoalHandle) -> None:
+        goal, key = handle.get_goal(), handle.get_goal_id().id
+        if goal.number == 0:
+            reason = "goal number 0 is not allowed"
+            handle.set_rejected(MoveArmResult(MoveArmResult.INVALID, reason), reason)
+            return
+        self._last += 1
+        self._handles[self._last], self._numbers[key] = handle, self._last
+        self._arm.move(self._last, goal_of(goal))
+        if key in self._early:
+            self._early.remove(key)
+            handle.set_cancel_requested()
+            self._on_cancel(handle)
+        self._wake()
+
+    def _on_cancel(self, handle: actionlib.ServerGoalHandle) -> None:
+        number = self._numbers.get(handle.get_goal_id().id)
+        if number is not None:
+            self._arm.cancel(number)
+            self._wake()
+
+
+class ArmNode:
+    """Topics, services and diagnostics around the controller's thread."""
+
+    def __init__(self, port: str, settings: DriverSettings, limits_file: str) -> None:
+        self._events: queue.SimpleQueue[tuple[rospy.Time, object]] = queue.SimpleQueue()
+        tell, clock = self._tell, time.monotonic
+        self._arm = ArmDevice(load_limits(limits_file), settings, clock, tell)
+        self._belt = ConveyorDevice(settings, clock, tell)
+        link = SerialLink(port, settings.reply_timeout)
+        self._controller = Controller(link, self._arm, self._belt, settings, tell)
+        self._holder = rospy.get_param("~lease_holder", "motion")
+        self._home_at_start = rospy.get_param("~home_at_start", False)
+        self._stamps: dict[str, rospy.Time] = {}
+        self._stopped = False
+        self._joint_states = rospy.Publisher("arm/joint_states", JointState, queue_size=10)
+        self._tcp = rospy.Publisher("arm/tcp", PoseStamped, queue_size=10)
+        self._conveyor = rospy.Publisher("conveyor/state", ConveyorState, queue_size=10)
+        self._health = rospy.Publisher("/diagnostics", DiagnosticArray, queue_size=10)
+        self._server = ArmServer(self._arm, self._controller.wake)
+        rospy.Subscriber("heartbeat", Heartbeat, self._on_heartbeat, tcp_nodelay=True)
+        rospy.Subscriber("safety/state", SafetyState, self._on_safety, tcp_nodelay=True)
+        rospy.Service("arm/home", Command, self._home)
+        rospy.Service("arm/clear_alarms", Command, self._clear_alarms)
+        rospy.Service("arm/set_suction", SetSuction, self._set_suction)
+        rospy.Service("conveyor/set_speed", SetConveyor, self._set_conveyor)
+        self._traffic = Traffic("arm")
+        self._thread = threading.Thread(target=self._controller.run, name="wire", daemon=True)
+
+    def run(self) -> None:
+        """Until shutdown: hand on what the devices tell."""
+        rospy.on_shutdown(self._close)
+        self._thread.start()
+        belt_at = health_at = time.monotonic()
+        while not rospy.is_shutdown():
+            self._hand_on(min(belt_at, health_at))
+            now = time.monotonic()
+            if now >= belt_at:
+                belt_at = max(belt_at + BELT_PERIOD, now)
+                self._publish_belt(rospy.Time.now())
+            if now >= health_at:
+                health_at = max(health_at + HEALTH_PERIOD, now)
+                self._publish_health()
+
+    def _hand_on(self, until: float) -> None:
+        try:
+            stamp, event = self._events.get(timeout=max(0.0, until - time.monotonic()))
+        except queue.Empty:
+            return
+        if isinstance(event, ArmState):
+            self._publish_pose(stamp, event)
+        elif isinstance(event, ArmResult):
+            self._server.finish(event)
+        elif isinstance(event, Notice):
+            self._note(event)
+
+    def _tell(self, event: object) -> None:
+        self._events.put((rospy.Time.now(), event))
+
+    def _close(self) -> None:
+        """The arm holds and the belt stands when the node ends."""
+        self._controller.close()
+        self._thread.join(2.0)
+
+    # -- what is published ----------------------------------------------------------------------
+
+    def _fresh(self, topic: str, stamp: rospy.Time) -> bool:
+        """False while a simulated clock stands: nobody needs the same moment twice."""
+        if self._stamps.get(topic) == stamp:
+            return False
+        self._stamps[topic] = stamp
+        return True
+
+    def _publish_pose(self, stamp: rospy.Time, state: ArmState) -> None:
+        if self._fresh("arm", stamp):
+            joints = JointState(header=Header(stamp=stamp), name=list(Joints._fields))
+            joints.position = list(state.joints)
+            self._joint_states.publish(joints)
+            self._tcp.publish(PoseStamped(Header(0, stamp, BASE), pose_of(state.pose)))
+        self._server.report(state)
+
+    def _publish_belt(self, stamp: rospy.Time) -> None:
+        if self._belt.connected and self._fresh("belt", stamp):
+            speed, cube = self._belt.state
+            self._conveyor.publish(ConveyorState(Header(stamp=stamp), speed, cube))
+
+    def _note(self, notice: Notice) -> None:
+        (rospy.logerr if notice.serious else rospy.loginfo)("arm: %s", notice.text)
+        self._publish_health()
+        if self._home_at_start and self._arm.connected and not self._arm.homed:
+            self._home_at_start = False
+            rospy.logwarn("arm: homing, as ~home_at_start asks for")
+            self._home(None)
+
+    def _publish_health(self) -> None:
+        arm, controller = self._arm, self._controller
+        status = DiagnosticStatus(name="arm", hardware_id=controller.port)
+        names = alarm_words.names(arm.alarms)
+        if not arm.connected:
+            status.level, status.message = DiagnosticStatus.ERROR, controller.trouble
+        elif names:
+            status.level, status.message = DiagnosticStatus.ERROR, f"alarm {', '.join(names)}"
+        elif not arm.homed:
+            status.level, status.message = DiagnosticStatus.WARN, "not homed: call arm/home"
+        else:
+            status.level, status.message = DiagnosticStatus.OK, "ready"
+        pairs = zip(names, alarm_words.cures(arm.alarms), strict=True)
+        status.values = [KeyValue(name, cure) for name, cure in pairs]
+        held = arm.lease.holds(time.monotonic())
+        status.values.append(KeyValue("lease", "held" if held else "lapsed"))
+        status.values.append(KeyValue("answers lost", str(controller.answers_lost)))
+        message = DiagnosticArray(status=[status])
+        message.header.stamp = rospy.Time.now()
+        self._health.publish(message)
+
+    # -- what is listened to and served ---------------------------------------------------------
+
+    def _on_heartbeat(self, message: Heartbeat) -> None:
+        if message.node == self._holder:
+            self._arm.beat()
+
+    def _on_safety(self, message: SafetyState) -> None:
+        """Homing is not the motion node's: a latched stop ends it, and does not let it begin."""
+        stopped = message.state == SafetyState.STOP
+        if stopped and not self._stopped:
+            self._arm.halt(f"safety stop: {message.cause}")
+            self._controller.wake()
+        self._stopped = stopped
+
+    def _home(self, _: object) -> CommandResponse:
+        reason = "safety/state says STOP" if self._stopped else self._arm.home()
+        self._controller.wake()
+        return CommandResponse(not reason, reason)
+
+    def _clear_alarms(self, _: object) -> CommandResponse:
+        reason = self._ask(self._arm.clear_alarms)
+        left = alarm_words.names(self._arm.alarms)
+        if not reason and left:
+            reason = f"still set: {', '.join(left)}"
+        return CommandResponse(not reason, reason)
+
+    def _set_suction(self, request: object) -> SetSuctionResponse:
+        reason = self._ask(lambda wire: wire.suction(request.on))
+        return SetSuctionResponse(not reason, reason)
+
+    def _set_conveyor(self, request: object) -> SetConveyorResponse:
+        reason = self._belt.run(request.speed, request.ignore_sensor)
+        self._controller.wake()
+        return SetConveyorResponse(not reason, reason)
+
+    def _ask(self, act: Callable[[Wire], None]) -> str:
+        try:
+            return self._controller.ask(act).result(PATIENCE)
+        except NotInTime:
+            return "the arm does not answer"
+
+
+def pose_of(pose: ToolPose) -> Pose:
+    """The message of a pose."""
+    half = 0.5 * pose.yaw
+    turn = Quaternion(0.0, 0.0, math.sin(half), math.cos(half))
+    return Pose(Point(pose.x, pose.y, pose.z), turn)
+
+
+def goal_of(message: object) -> Goal:
+    """The goal of an action's message."""
+    q, p = message.pose.orientation, message.pose.position
+    yaw = math.atan2(2.0 * (q.w * q.z + q.x * q.y), 1.0 - 2.0 * (q.y * q.y + q.z * q.z))
+    return Goal(ToolPose(p.x, p.y, p.z, yaw), message.speed, message.settle)
+
+
+def main() -> int:
+    """Run until Ctrl-C (0) or a bad parameter (2)."""
+    rospy.init_node("arm")
+    try:
+        settings = DriverSettings.load(rospy.get_param("~driver", {}))
+        node = ArmNode(rospy.get_param("~port"), settings, rospy.get_param("~limits_file"))
+    except (KeyError, ValueError, OSError) as error:
+        rospy.logfatal("%s: %s", rospy.get_name(), error)
+        return 2
+    node.run()
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
