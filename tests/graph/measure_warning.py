@@ -18,6 +18,7 @@ import time
 from contextlib import ExitStack
 
 import numpy as np
+import rosgraph
 import rospkg
 import rospy
 from actionlib_msgs.msg import GoalID, GoalStatus
@@ -95,18 +96,13 @@ def measure(rounds: int) -> np.ndarray:
     """Latencies, (rounds,), ms. Raises RuntimeError when the node does not answer."""
     port = ports.any_free()
     os.environ |= {"ROS_MASTER_URI": f"http://localhost:{port}", "ROS_HOSTNAME": "localhost"}
-    share = rospkg.RosPack().get_path("fabric_planner") + "/config/"
-    node = ["rosrun", "fabric_planner", "motion_node", "_separation:=false", "_watched:=[decision]"]
+    motion_file = rospkg.RosPack().get_path("fabric_planner") + "/config/motion.yaml"
     with ExitStack() as stack:
-        for command in (
-            ["rosmaster", "--core", "-p", str(port)],
-            [*node, f"_motion_file:={share}motion.yaml"],
-        ):
-            process = subprocess.Popen(command, stdout=subprocess.DEVNULL)
-            stack.callback(process.wait)
-            stack.callback(process.terminate)
-            if "rosmaster" in command:
-                _await_master(process)
+        master = _started(stack, "rosmaster", "--core", "-p", str(port))
+        _await_master(master)
+        parameters = {"motion_file": motion_file, "watched": ["decision"], "separation": False}
+        rospy.set_param("/motion", parameters)
+        _started(stack, "rosrun", "fabric_planner", "motion_node")
         rospy.init_node("measure_warning", disable_signals=True)
         cell = Cell()
         cell.wait_for(cell.connected, "the motion node")
@@ -115,9 +111,16 @@ def measure(rounds: int) -> np.ndarray:
     return 1000.0 * latencies
 
 
+def _started(stack: ExitStack, *command: str) -> subprocess.Popen:
+    process = subprocess.Popen(command, stdout=subprocess.DEVNULL)
+    stack.callback(process.wait)
+    stack.callback(process.terminate)
+    return process
+
+
 def _await_master(process: subprocess.Popen) -> None:
     deadline = time.monotonic() + PATIENCE
-    while not rospy.rosgraph.is_master_online():
+    while not rosgraph.is_master_online():
         if process.poll() is not None or time.monotonic() > deadline:
             raise RuntimeError("no master")
         threading.Event().wait(0.05)
@@ -135,9 +138,13 @@ def main() -> int:
         print(error, file=sys.stderr)
         return 1
     p50, p99 = np.percentile(taken, [50, 99])
-    figures = {"warnings": len(taken), "p50_ms": round(p50, 3), "p99_ms": round(p99, 3)}
-    figures["max_ms"] = round(taken.max(), 3)
-    print(json.dumps(figures) if chosen.json else figures)
+    if chosen.json:
+        figures = {"p50_ms": p50, "p99_ms": p99, "max_ms": taken.max()}
+        print(json.dumps({"warnings": len(taken)} | {k: round(v, 3) for k, v in figures.items()}))
+    else:
+        print(
+            f"{len(taken)} warnings: p50 {p50:.2f} ms, p99 {p99:.2f} ms, max {taken.max():.2f} ms"
+        )
     return 0
 
 

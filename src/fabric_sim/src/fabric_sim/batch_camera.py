@@ -5,7 +5,8 @@
         results = [run.run_task() for _ in range(5)]
 
 As the ROS graph with sensing:=camera it goes through every tick. Every message has its turn in
-the order of docs/time.md; of a picture the cubes come first, then containers, warning, person.
+the order of docs/time.md; of a picture the cubes come first, then hand, containers, warning,
+person.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+import fabric_planner as fp
 from fabric_abps import Selector
 from fabric_msgs.msg import ContainerArray, SimScene
 from fabric_sim.batch_camera_eyes import Eyes
@@ -48,6 +50,10 @@ class CameraRun(HeadlessRun):
         sensors = SensorParameters.load(files.share("fabric_sim") / "config/sensors.yaml")
         self._filmed = FilmedCell(self._cell, setup.seed, sensors)
         self._eyes = Eyes(files, setup.seed)
+        planner = files.share("fabric_planner") / "config"
+        self._safety = fp.SafetyMonitor(str(planner / "safety.yaml"))
+        self._arm_place = fp.ArmPlace.load(str(files.share("fabric_bringup") / "config/cell.yaml"))
+        self._keep_distance(0.0)
         self._hear: dict[str, Callable[[float, Message], None]] = {
             "truth": self._on_ground_truth,
             "arm/move/result": self._on_arm_result,
@@ -78,7 +84,10 @@ class CameraRun(HeadlessRun):
     def _go_through_tick(self) -> None:
         cell = self._cell
         output = self._filmed.step()
-        self._eyes.session.on_cup(output.t, cell.arm.pose[:3])
+        cup = cell.arm.pose[:3]
+        self._eyes.session.on_cup(output.t, cup)
+        self._safety.on_tool(output.t, *cup)
+        self._motion.on_tool(*cup)
         for stimulus in output.stimuli():
             if not cell.running:
                 return
@@ -113,6 +122,8 @@ class CameraRun(HeadlessRun):
         if sights is None:
             return
         self._move(self._motion.on_cubes(sights.cubes))
+        self._safety.on_hand(sights.hand, self._arm_place)
+        self._keep_distance(self._safety.newest)
         self._settle()
         self._tell_containers(t, sights.containers)
         if sights.warning and self._cell.running:
@@ -123,6 +134,10 @@ class CameraRun(HeadlessRun):
             if self._cell.running:
                 self._decide(t, self._observer.on_percepts(t, pair.activity, pair.head))
                 self._settle()
+
+    def _keep_distance(self, now: float) -> None:
+        level = self._safety.assess(now).level
+        self._move(self._motion.on_separation(level, self._safety.slow_factor))
 
     def _tell_containers(self, t: float, containers: ContainerArray | None) -> None:
         if containers is not None and self._cell.running:

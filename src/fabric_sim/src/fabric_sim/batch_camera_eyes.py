@@ -19,7 +19,7 @@ import cv2
 import yaml
 from std_msgs.msg import Header
 
-from fabric_msgs.msg import ContainerArray, CubeArray, SimScene
+from fabric_msgs.msg import ContainerArray, CubeArray, HandState, SimScene
 from fabric_perception.camera import Camera
 from fabric_perception.camera_poses import PARENT
 from fabric_perception.gestures import model_file, places
@@ -66,6 +66,7 @@ class Sights(NamedTuple):
     """What perception says of one moment. pairs: hands and head that belong together."""
 
     cubes: CubeArray
+    hand: HandState
     containers: ContainerArray | None
     warning: bool
     pairs: list[Pair]
@@ -115,7 +116,8 @@ class Eyes:
         pairs = self._pairing.add_head(stamp.to_nsec(), head)
         if hand is not None:
             pairs += self._pairing.add_activity(stamp.to_nsec(), _hands(hand))
-        return Sights(answer.cubes, answer.containers, hand is not None and hand.warning, pairs)
+        warning = hand is not None and hand.warning
+        return Sights(answer.cubes, answer.hand, answer.containers, warning, pairs)
 
     def _session(self, own: Path, cell: Path) -> TrackingSession:
         session = TrackingSession(

@@ -29,22 +29,26 @@ from fabric_sim.camera.scene import Scene, SceneCube
 from fabric_sim.geometry import CellGeometry, Point, load_geometry
 
 ORDER = "idle planning point grasp cancel".split()  # rows by the action a gesture stands for
-TILE = (260, 190)  # pixels
+TILE = (240, 200)  # pixels
 MARGIN = 120  # pixels, for the gesture's name
 COLUMNS = 6
 SEED = 101
-EYE, AIM = np.array([0.56, 0.46, 0.50]), np.array([0.20, -0.05, 0.155])  # m, of the camera in cell
-FOCAL = 300.0  # pixels
+EYE, AIM = np.array([0.60, 0.36, 0.52]), np.array([0.18, -0.075, 0.19])  # m, of the camera in cell
+FOCAL = 350.0  # pixels
 AWAY = (5.0, 5.0, 0.0)  # m, where nobody sees the person
 QUALITY = 82  # of the JPEG
 
 
 class Shot(NamedTuple):
-    """Where things are at a way-point. t: s since the gesture began. cube: middle, m in cell."""
+    """Where things are at a way-point.
+
+    t: s since the gesture began. cube: middle, m in cell. holds: whether it hangs at the cup.
+    """
 
     t: float
     tool: ToolPose
     cube: Point
+    holds: bool
 
 
 @dataclass(frozen=True)
@@ -59,8 +63,8 @@ class Stage:
 class Play:
     """A gesture played by the motion agent, move for move.
 
-    A cancel begins with a cube at the cup on its way to the tray: only then there is something to
-    see.
+    Each begins where there is something to see: idle beside the belt, a grasp when it is planned, a
+    cancel with a cube at the cup on its way to the tray.
     """
 
     def __init__(self, stage: Stage) -> None:
@@ -79,7 +83,7 @@ class Play:
         list(self._moves(agent.on_task(task)))
         agent.on_conveyor(True)
         agent.on_cubes(CubeArray(cubes=[_red(Cube.WHERE_PICK_POINT)]))
-        if action == "grasp":
+        if action in ("idle", "grasp"):
             list(self._moves(agent.on_decision("planning", 1)))
         elif action == "cancel":
             self._carry(agent.on_decision("grasp", 1))
@@ -103,11 +107,15 @@ class Play:
                     goal = command
                 elif command.kind in (fp.CommandKind.SUCTION_ON, fp.CommandKind.SUCTION_OFF):
                     self._sucks = command.kind == fp.CommandKind.SUCTION_ON
-            if goal is None:
+            if goal is not None:
+                self._go(goal)
+                yield self._shot()
+                commands = self._tell(goal.number)
+            elif self._agent.outstanding is not None:  # a move that was broken off before
+                number = self._agent.outstanding
+                commands = self._agent.on_arm_result(number, MoveArmResult.PRE_EMPTED)
+            else:
                 return
-            self._go(goal)
-            yield self._shot()
-            commands = self._tell(goal.number)
 
     def _go(self, goal: fp.MotionCommand) -> None:
         target = ToolPose(goal.x, goal.y, goal.z, goal.yaw)
@@ -127,7 +135,7 @@ class Play:
         return said + agent.on_arm_result(number, MoveArmResult.REACHED)
 
     def _shot(self) -> Shot:
-        return Shot(self._t, self._tool, self._cube)
+        return Shot(self._t, self._tool, self._cube, self._sucks)
 
 
 def _red(where: int) -> Cube:
@@ -145,15 +153,19 @@ def lens() -> Lens:
 
 
 def thinned(shots: list[Shot]) -> list[Shot]:
-    """At most COLUMNS of them: those between which most happens, the first and the last."""
+    """At most COLUMNS of them: the first, the last, where the cube is taken or let go, and of the
+    others those furthest from their neighbours."""
     shots = [s for i, s in enumerate(shots) if i == 0 or s[1:] != shots[i - 1][1:]]
     while len(shots) > COLUMNS:
-        ways = [
-            math.dist(shots[i - 1].tool[:3], shots[i + 1].tool[:3])
-            for i in range(1, len(shots) - 1)
-        ]
-        del shots[1 + int(np.argmin(ways))]
+        worth = [_worth(*shots[i - 1 : i + 2]) for i in range(1, len(shots) - 1)]
+        del shots[1 + int(np.argmin(worth))]
     return shots
+
+
+def _worth(before: Shot, shot: Shot, after: Shot) -> float:
+    if shot.holds != before.holds:
+        return math.inf
+    return math.dist(before.tool[:3], shot.tool[:3]) + math.dist(shot.tool[:3], after.tool[:3])
 
 
 def sheet(motion: Path) -> np.ndarray:
@@ -182,7 +194,7 @@ def sheet(motion: Path) -> np.ndarray:
             cube = SceneCube(Cube.COLOUR_RED, tuple(shot.cube), 0.0)
             scene = Scene(hand=AWAY, shoulder=AWAY, head=AWAY, cubes=(cube,), joints=tuple(joints))
             tile = renderer.render_clean(scene).rgb.copy()
-            _write(tile, f"{shot.t:.1f} s", (6, 16), 0.45)
+            _write(tile, f"{shot.t:.1f} s", (6, 18), 0.5, (255, 255, 255))
             left = MARGIN + column * TILE[0]
             row[:, left : left + TILE[0]] = tile
         rows.append(row)
@@ -194,8 +206,14 @@ def _in_order(gestures: dict[str, str]) -> list[tuple[str, str]]:
     return sorted(gestures.items(), key=lambda item: (ORDER.index(item[1]), item[0]))
 
 
-def _write(picture: np.ndarray, text: str, at: tuple[int, int], size: float) -> None:
-    cv2.putText(picture, text, at, cv2.FONT_HERSHEY_SIMPLEX, size, (0, 0, 0), 1, cv2.LINE_AA)
+def _write(
+    picture: np.ndarray,
+    text: str,
+    at: tuple[int, int],
+    size: float,
+    colour: tuple[int, int, int] = (0, 0, 0),
+) -> None:
+    cv2.putText(picture, text, at, cv2.FONT_HERSHEY_SIMPLEX, size, colour, 1, cv2.LINE_AA)
 
 
 def main() -> int:
