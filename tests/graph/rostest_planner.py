@@ -349,8 +349,10 @@ class NodesTest(unittest.TestCase):
         goals = len(self.world.goals)
         client.send_goal(ExecuteRobotActionGoal(gesture="pointing_2"))
         self.world.wait(lambda: len(self.world.goals) > goals, "the gesture")
-        self.assertAlmostEqual(self.world.goals[-1].get_goal().pose.position.z, 0.195)
+        gesture = self.world.goals[-1]
+        self.assertAlmostEqual(gesture.get_goal().pose.position.z, 0.120)
         self.decide(Decision.CANCEL)
+        self.until(lambda: self.world.goals[-1] is not gesture)
         self.assertTrue(client.wait_for_result(rospy.Duration(DEADLINE)))
         self.assertEqual(client.get_result().outcome, ExecuteRobotActionResult.PRE_EMPTED)
         self.drive(1)

@@ -25,7 +25,7 @@ TEST(Gesture, EachOneOfTheFileIsPlayedToItsEnd) {
 TEST(Gesture, GoesThroughItsWayPointsWithTheirSpeedsAndHolds) {
   MotionBench bench = MotionBench::ready();
   bench.play("pointing_2");
-  EXPECT_EQ(bench.outstanding->pose, bench.places.poses.at("reared"));
+  EXPECT_EQ(bench.outstanding->pose, bench.places.poses.at("half_up"));
   EXPECT_DOUBLE_EQ(bench.outstanding->speed, 0.16);
   EXPECT_DOUBLE_EQ(bench.outstanding->settle, 0.5);
   bench.step();
@@ -66,7 +66,7 @@ TEST(Gesture, WaitsForAnotherOneOfItsAction) {
   EXPECT_FALSE(bench.agent.state().queued) << "any will do";
   bench.play("pointing_2");
   EXPECT_EQ(bench.agent.state().queued, A::POINT);
-  bench.until(bench.places.poses.at("reared"));
+  bench.until(bench.places.poses.at("half_up"));
 }
 
 TEST(Gesture, ThatIsAskedForByItsNameIsPlayedThoughItIsPlanned) {

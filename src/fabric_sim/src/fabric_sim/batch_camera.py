@@ -53,7 +53,8 @@ class CameraRun(HeadlessRun):
         planner = files.share("fabric_planner") / "config"
         self._safety = fp.SafetyMonitor(str(planner / "safety.yaml"))
         self._arm_place = fp.ArmPlace.load(str(files.share("fabric_bringup") / "config/cell.yaml"))
-        self._keep_distance(0.0)
+        unknown = self._safety.assess(0.0).level
+        self._motion.on_separation(unknown, self._safety.slow_factor)
         self._hear: dict[str, Callable[[float, Message], None]] = {
             "truth": self._on_ground_truth,
             "arm/move/result": self._on_arm_result,
