@@ -159,7 +159,7 @@ class ArmNode:
         rospy.Service("arm/clear_alarms", Command, self._clear_alarms)
         rospy.Service("arm/set_suction", SetSuction, self._set_suction)
         rospy.Service("conveyor/set_speed", SetConveyor, self._set_conveyor)
-        self._traffic = Traffic("arm")
+        self._traffic: Traffic | None = None  # beats from the first homing on
         self._thread = threading.Thread(target=self._controller.run, name="wire", daemon=True)
 
     def run(self) -> None:
@@ -222,6 +222,8 @@ class ArmNode:
     def _note(self, notice: Notice) -> None:
         (rospy.logerr if notice.serious else rospy.loginfo)("arm: %s", notice.text)
         self._publish_health()
+        if self._arm.homed and self._traffic is None:
+            self._traffic = Traffic("arm")
         if self._home_at_start and self._arm.connected and not self._arm.homed:
             self._home_at_start = False
             rospy.logwarn("arm: homing, as ~home_at_start asks for")
