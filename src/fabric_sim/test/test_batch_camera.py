@@ -16,7 +16,7 @@ from fabric_sim.camera.drawing import CannotDraw
 
 PERSON = "expert_rested_attentive_collaborative"
 SETUP = RunSetup("inspection", PERSON, "reactive", 101)
-SECONDS = 7.0  # of a task: the cube has come and somebody reaches for it
+SECONDS = 6.0  # of a task: the cube is on its way
 
 
 class Beginning(CameraRun):
@@ -24,7 +24,7 @@ class Beginning(CameraRun):
 
     def __init__(self, setup):
         super().__init__(setup)
-        self.sights, self.truths = [], []
+        self.sights, self.truths, self.behaviours = [], [], []
         see = self._eyes.see
         self._eyes.see = lambda scene: self._keep(see(scene))
 
@@ -32,6 +32,7 @@ class Beginning(CameraRun):
         if sights is not None:
             self.sights.append(sights)
             self.truths.append({cube.id: where for cube, where in self._cell.stock.seen()})
+            self.behaviours.append(self._cell.behaviour)
         return sights
 
     def _run_to_the_end(self):
@@ -58,7 +59,7 @@ def test_equal_setups_are_seen_equally_picture_by_picture(begun):
 def test_a_cube_is_seen_where_it_is_and_the_person_all_the_time(begun):
     seen = [{cube.id: cube.where for cube in sights.cubes.cubes} for sights in begun.sights]
     right = [told == true for told, true in zip(seen, begun.truths, strict=True) if true]
-    assert len(right) > 30
+    assert len(right) > 20
     assert sum(right) >= 0.8 * len(right)
     assert seen[-1] != {} and Cube.WHERE_BELT in {where for told in seen for where in told.values()}
     people = [pair for sights in begun.sights[5:] for pair in sights.pairs]
@@ -66,15 +67,14 @@ def test_a_cube_is_seen_where_it_is_and_the_person_all_the_time(begun):
     assert all(pair.activity.detected and pair.head.visible for pair in people)
 
 
-def test_what_the_hand_does_becomes_observations(begun):
-    likely = [
-        max(range(4), key=pair.activity.posterior.__getitem__)
-        for sights in begun.sights
+def test_a_hand_that_rests_is_told_to_rest(begun):
+    told = [
+        pair.activity.posterior[HumanActivity.IDLE] > 0.5
+        for sights in begun.sights[5:]
         for pair in sights.pairs
     ]
-    assert {HumanActivity.IDLE, HumanActivity.GRASP} <= set(likely)
-    observations = [row for row in begun.event_log() if row.kind == "observation"]
-    assert observations
+    assert {behaviour.activity for behaviour in begun.behaviours} == {HumanActivity.IDLE}
+    assert sum(told) >= 0.95 * len(told)
 
 
 def test_pictures_have_errors_of_their_own():
