@@ -22,7 +22,7 @@ ESCAPES = re.compile(r"\x1b\[[0-9;]*m|\x1b\][^\x07]*\x07")
 CHATTER = re.compile(
     r"""\.\.\.\ logging\ to\ |started\ roslaunch\ server|auto-starting\ new\ master
     |process\[[\w-]+\]:\ started|ROS_MASTER_URI=|setting\ /run_id|started\ core\ service
-    |=*REQUIRED\ process\ \[(session|replay|perceive)-|process\ has\ finished\ cleanly|=+$
+    |=*REQUIRED\ process\ \[(session|replay|perceive|latency)-|process\ has\ finished\ cleanly|=+$
     |Initiating\ shutdown!
     |(\s*\[[\w-]+\]\ killing\ on\ exit)+$|shutting\ down\ processing\ monitor
     |\.\.\.\ shutting\ down\ processing|done$|log\ file:\ |XDG_RUNTIME_DIR|QStandardPaths""",

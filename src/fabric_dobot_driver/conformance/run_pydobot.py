@@ -25,6 +25,12 @@ class Checked(Dobot):
         check(sum(frame[3:]) % 256 == 0, f"the client spoils the checksum of {frame.hex()}")
         super()._send_message(msg)
 
+    def _read_message(self):
+        # The client gives an answer 0.1 s and takes None otherwise. That is enough for an arm,
+        # and not always for an emulator on a busy machine.
+        until(lambda: self.ser.in_waiting > 0, "an answer")
+        return super()._read_message()
+
     def ask(self, command: int, control: int, params: bytes = b"") -> bytes:
         """Parameters of the answer; for what the client has no method of its own."""
         message = Message()
@@ -79,9 +85,9 @@ def main() -> None:
         check(run.state()["belt_speed"][0] == 0.0, "the belt does not stop")
     with run.step("infrared edge"):
         arm.ask(INFRARED, QUEUED, bytes((1, session.INFRARED_PORT, 1)))
-        run.tell("cube 30")
+        run.tell(f"cube {session.CUBE_AHEAD}")
         check(arm.seen() == 0, "a cube is seen too early")
-        arm.belt(10.0)
+        arm.belt(session.SLOW_BELT)
         for seen in (1, 0):
             until(lambda seen=seen: arm.seen() == seen, f"edge to {seen}")
         arm.belt(0.0)

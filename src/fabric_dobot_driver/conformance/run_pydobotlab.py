@@ -49,9 +49,9 @@ def main() -> None:
         check(run.state()["belt_speed"][0] == 0.0, "the belt does not stop")
     with run.step("infrared edge"):
         arm.set_infrared_sensor(session.INFRARED_PORT, True)
-        run.tell("cube 30")
+        run.tell(f"cube {session.CUBE_AHEAD}")
         check(arm.get_infrared_sensor(session.INFRARED_PORT) == 0, "a cube is seen too early")
-        arm.set_converyor(BELT, True, 10.0 * session.PULSES_PER_MM)
+        arm.set_converyor(BELT, True, session.SLOW_BELT * session.PULSES_PER_MM)
         for seen in (1, 0):
             until(
                 lambda seen=seen: arm.get_infrared_sensor(session.INFRARED_PORT) == seen,
@@ -69,13 +69,14 @@ def main() -> None:
         run.check_at(arm.get_pose().as_xyzr(), session.AFTER_ALARM)
     with run.step("force stop"):
         arm.ptp(MOVL, *session.LEFT)
-        arm.motion_params = 10, 100
+        arm.motion_params = 5, 100
         arm.move_to(*session.RIGHT, wait=False)
         until(run.on_its_way, "the move")
         arm.force_stop_queue()
         run.check_between(session.LEFT, session.RIGHT)
         arm.clear_queue()
         arm.start_queue()
+        arm.motion_params = 100, 100
         arm.ptp(MOVL, *session.LEFT)
         run.check_at(arm.get_pose().as_xyzr(), session.LEFT)
     arm.disconnect()

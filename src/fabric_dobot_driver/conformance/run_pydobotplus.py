@@ -9,6 +9,7 @@ from session import Session, check, until
 
 FORCE_STOP = 242
 DISTANCE_PULSES_PER_MM = 16000 / (3.141592653589793 * 34.0)  # what the client takes for 136
+FULL_SPEED = 50.0  # mm/s
 MODES = (MODE_PTP.JUMP_XYZ, MODE_PTP.MOVJ_XYZ, MODE_PTP.MOVL_XYZ)
 
 
@@ -48,9 +49,9 @@ def main() -> None:
         check(run.state()["belt_speed"][0] == 0.0, "the belt does not stop")
     with run.step("infrared edge"):
         arm.set_ir(True, session.INFRARED_PORT)
-        run.tell("cube 30")
+        run.tell(f"cube {session.CUBE_AHEAD}")
         check(not arm.get_ir(session.INFRARED_PORT), "a cube is seen too early")
-        arm.conveyor_belt(0.2)
+        arm.conveyor_belt(session.SLOW_BELT / FULL_SPEED)
         for seen in (True, False):
             until(lambda seen=seen: arm.get_ir(session.INFRARED_PORT) == seen, f"edge to {seen}")
         arm.conveyor_belt(0.0)
@@ -71,6 +72,7 @@ def main() -> None:
         run.check_between(session.LEFT, session.RIGHT)
         arm._set_queued_cmd_clear()
         arm._set_queued_cmd_start_exec()
+        arm.speed(100, 100)
         arm.move_to(*session.LEFT)
         run.check_at(arm.get_pose().position, session.LEFT)
     arm.close()

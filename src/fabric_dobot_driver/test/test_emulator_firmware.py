@@ -272,10 +272,16 @@ def test_the_home_position_can_be_moved(arm):
 def test_switched_off_and_on_it_has_forgotten_everything(arm):
     arm.ptp(MOVL_XYZ, *BEYOND_REACH)
     arm.put(commands.SUCTION, 1, 1, control=WRITE)
+    arm.put(commands.STEPPER, BELT, 1, round(10.0 * PER_MM), control=WRITE)
+    arm.controller.extension.put(50.0, "blue")
+    arm.run(1.0)
     arm.controller.power_up()
     assert (arm.alarms, arm.index, arm.space) == (set(), 0, 32)
     assert arm.ask(commands.SUCTION, READ) == b"\0\0"
     assert not arm.controller.homed
+    arm.run(1.0)
+    (cube,) = arm.controller.extension.cubes
+    assert (arm.controller.extension.belt, cube.place) == (0.0, pytest.approx(40.0, abs=0.01))
 
 
 # --- jog ---

@@ -164,6 +164,19 @@ def test_an_arc_passes_its_middle_point(arm):
     assert arm.is_at(250.0, 0.0, 30.0)
 
 
+@given(st.integers(0, 2**32 - 1))
+def test_arcs_through_any_points_are_circles_over_the_middle_one(seed):
+    points = np.random.default_rng(seed).uniform(-100.0, 100.0, (3, 3))
+    pose, length, turn = arc_through((*points[0], 10.0), (*points[1], 0.0), (*points[2], 40.0))
+    rows = np.array([pose(s) for s in np.linspace(0.0, 1.0, 2001)])
+    assert rows[0] == pytest.approx([*points[0], 10.0])
+    assert rows[-1] == pytest.approx([*points[2], 40.0], abs=1e-6 * length)
+    steps = np.linalg.norm(np.diff(rows[:, :3], axis=0), axis=1)
+    assert steps == pytest.approx(length / 2000, rel=1e-3)
+    assert np.linalg.norm(rows[:, :3] - points[1], axis=1).min() <= length / 2000
+    assert turn == 30.0
+
+
 def test_three_points_on_a_line_make_no_arc():
     assert arc_through((0.0, 0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0), (2.0, 0.0, 0.0, 0.0)) is None
     assert arc_through((0.0, 0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0)) is None

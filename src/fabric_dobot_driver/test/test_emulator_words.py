@@ -15,6 +15,13 @@ from fabric_dobot_driver.emulator.words import Planned, parse, parse_script
         ("silence", "want: silence S"),
         ("silence 1 2", "want: silence S"),
         ("di 1", "want: di ADDRESS 0|1"),
+        ("di 21 1", "21, want 1 to 20"),
+        ("adc 1.5 1", "1.5"),
+        ("alarm 0x80", "0x80, want 0 to 127"),
+        ("delay -1", "-1, want 0 to 3600"),
+        ("cube nan", "nan, want"),
+        ("cube 1 pink", "'pink', want red, green, blue"),
+        ("infrared maybe", "'maybe', want on, off, auto"),
     ],
 )
 def test_words_that_there_are_not_are_refused_by_name(line, said):
@@ -32,7 +39,10 @@ def test_a_script_is_sorted_by_its_times_and_may_have_comments():
     ]
 
 
-@pytest.mark.parametrize("entry", ["x: cube", "-1: cube", "nan: cube", "inf: cube", "3: dance"])
+@pytest.mark.parametrize(
+    "entry",
+    ["x: cube", "-1: cube", "nan: cube", "inf: cube", "3: dance", "3: silence x", "drop nan"],
+)
 def test_a_wrong_entry_of_a_script_is_named(entry):
     with pytest.raises(ValueError, match=r"plan\.txt: entry 2, ") as error:
         parse_script(f"1: cube\n{entry}", "plan.txt")

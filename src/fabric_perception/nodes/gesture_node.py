@@ -14,16 +14,21 @@ from fabric_perception.gestures.recogniser import (
     GestureRecogniser,
     RecogniserParameters,
 )
+from fabric_perception.pairing import Pair, StampPairing
 from fabric_perception.settings import settings_from
 
 FRAME = "cell"
 
 
 class GestureNode:
-    """Answers the hand's messages with percepts of their stamps, ten a second."""
+    """Answers hand and cubes of one stamp with a percept of it, ten a second.
+
+    They come on two connections, either of which may be the faster; the hand waits for its cubes.
+    """
 
     def __init__(self, trained: TrainedGestures, parameters: RecogniserParameters) -> None:
         self._recogniser = GestureRecogniser(trained, parameters)
+        self._pairing = StampPairing()
         self._traffic = Traffic("gesture")
         self._activity = self._traffic.publisher("human/activity", HumanActivity)
         self._warning = self._traffic.publisher("human/warning", Header)
@@ -34,12 +39,23 @@ class GestureNode:
         )
 
     def _on_cubes(self, message: CubeArray) -> None:
+        self._on_pairs(self._pairing.add_head(message.header.stamp.to_nsec(), message))
+
+    def _on_hand(self, message: HandState) -> None:
+        self._on_pairs(self._pairing.add_activity(message.header.stamp.to_nsec(), message))
+
+    def _on_pairs(self, pairs: list[Pair]) -> None:
+        for _, hand, cubes in pairs:
+            self._take_cubes(cubes)
+            self._take_hand(hand)
+
+    def _take_cubes(self, message: CubeArray) -> None:
         try:
             self._recogniser.on_cubes(message.header.stamp.to_sec(), message.cubes)
         except ValueError as error:
             rospy.logwarn_throttle(5.0, f"gesture: cubes are left out: {error}")
 
-    def _on_hand(self, message: HandState) -> None:
+    def _take_hand(self, message: HandState) -> None:
         at = message.position
         hand = (at.x, at.y, at.z) if message.visible else None
         try:

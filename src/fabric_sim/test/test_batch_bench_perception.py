@@ -6,12 +6,12 @@ import json
 import pytest
 
 from fabric_sim import batch_bench_perception as bench
-from fabric_sim.batch_bench_perception import Frame
+from fabric_sim.batch_bench_perception import Work
 
 
 def test_costs_add_up_to_a_share_of_a_core_and_a_latency():
-    frames = [Frame(4.0, 1.0)] * 100
-    found = {f["figure"]: f for f in bench.costs(frames, head_ms=3.0)}
+    work = [Work(4.0, 1.0)] * 100
+    found = {f["figure"]: f for f in bench.costs(work, head_ms=3.0)}
     assert found["gesture"]["value"] == pytest.approx(1.0)
     assert found["core"]["value"] == pytest.approx(0.1 * 8.0 * 30.0)
     assert (found["core"]["target"], found["core"]["met"]) == (60.0, True)

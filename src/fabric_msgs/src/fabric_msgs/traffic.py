@@ -17,6 +17,10 @@ import rospy
 from fabric_msgs.msg import Heartbeat, Progress
 
 QUEUE_SIZE = 1000  # messages; a counted message must not be dropped
+#: Options of a subscription to pictures: of several that wait only the newest is taken, so that a
+#: node that falls behind stays close to now. rospy looks no further than its buffer reaches, which
+#: by default holds less than one picture.
+PICTURES = {"queue_size": 1, "buff_size": 2**22}
 NO_CONNECTIONS: Callable[[], int] = int
 
 
@@ -112,11 +116,14 @@ class Traffic:
         return CountedPublisher(self, topic, publisher)
 
     def subscribe(
-        self, topic: str, message_class: Any, callback: Callable[[Any], None]
+        self, topic: str, message_class: Any, callback: Callable[[Any], None], **options: Any
     ) -> rospy.Subscriber:
         """Subscribe to a counted topic: `callback` runs alone and the message counts as handled
         when it returns. An exception is logged and the message counts as handled too: a node
         does not die from a message, and nobody waits for ever for it.
+
+        options: as of rospy.Subscriber, such as PICTURES. A message that `queue_size` leaves out
+        is one that was lost.
         """
         self.declare_handled(topic)
 
@@ -128,7 +135,7 @@ class Traffic:
                     rospy.logerr_throttle(1.0, f"{self._node_name}: {topic}: {error!r}")
                 self.handled(topic)
 
-        return rospy.Subscriber(topic, message_class, handle, tcp_nodelay=True)
+        return rospy.Subscriber(topic, message_class, handle, tcp_nodelay=True, **options)
 
     def serialised(self, callback: Callable[..., Any]) -> Callable[..., Any]:
         """Return `callback` behind the node's lock: for services, actions and uncounted topics."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Measures perception: `./fabric bench perception [--quick] [--json]`.
+"""Measures the stages of perception; `./fabric bench perception` measures the nodes as well.
 
 A sorting task is played without ROS and drawn as the cameras of the cell see it; then every stage
 of tracking, the head tracker and the gesture classifier work on these pictures, beside the plain
@@ -11,6 +11,7 @@ figure is one JSON object on its own line, the first of them the hardware.
 from __future__ import annotations
 
 import argparse
+import itertools
 import json
 import sys
 import time
@@ -39,7 +40,7 @@ from fabric_planner.bench_report import line, table
 from fabric_sim.batch_files import Files
 from fabric_sim.batch_loop import HeadlessRun, RunSetup
 from fabric_sim.camera.parameters import CameraParameters
-from fabric_sim.camera.renderer import CellRenderer
+from fabric_sim.camera.renderer import CellRenderer, Frame
 from fabric_sim.camera.scene import Scene, SceneSource
 
 SCENARIO, HUMAN, SEED = "sorting", "expert_rested_attentive_collaborative", 101
@@ -83,7 +84,7 @@ class Setup(NamedTuple):
         )
 
 
-class Frame(NamedTuple):
+class Work(NamedTuple):
     """What one picture took: CPU ms of tracking and of the gesture."""
 
     tracking: float
@@ -109,24 +110,24 @@ class FilmedTask(HeadlessRun):
         return moment
 
 
-def pictures(setup: Setup, count: int) -> list[Picture]:
-    """Colour and depth of a person at work, one after another."""
+def frames(setup: Setup, count: int) -> list[Frame]:
+    """What the cameras see of a person at work, one after another."""
     run = FilmedTask(RunSetup(SCENARIO, HUMAN, "none", SEED), setup.files, every_tick=True)
     scenes = run.film(count)
     limits = setup.files.share("fabric_dobot_driver") / "config/magician.yaml"
     cell = setup.files.share("fabric_bringup") / "config/cell.yaml"
     renderer = CellRenderer.of_files(cell, limits, setup.parameters, SEED)
-    frames = [renderer.render(scene) for scene in scenes]
+    seen = [renderer.render(scene) for scene in scenes]
     renderer.close()
-    return [(frame.rgb, frame.depth) for frame in frames]
+    return seen
 
 
 def measure(count: int, rounds: int) -> Iterator[Figure]:
     """All figures."""
     setup = Setup.load()
-    film = pictures(setup, count)
+    film = [(frame.rgb, frame.depth) for frame in frames(setup, count)]
     yield from _tracking(setup, film)
-    frames = _whole(setup, film)
+    work = _whole(setup, film)
     own = setup.files.share("fabric_perception") / "config"
     head = head_bench.measure(
         load_helmet(own / "helmet.yaml"),
@@ -134,7 +135,7 @@ def measure(count: int, rounds: int) -> Iterator[Figure]:
         min(count, HELMET_PICTURES), SEED, rounds,
     )  # fmt: skip
     yield from _head(head)
-    yield from costs(frames, head["head_ms"])
+    yield from costs(work, head["head_ms"])
 
 
 def _tracking(setup: Setup, film: Sequence[Picture]) -> Iterator[Figure]:
@@ -150,21 +151,21 @@ def _head(found: dict[str, Any]) -> Iterator[Figure]:
     yield _figure("yaw_error", found["yaw_max_deg"], "deg", at_most=2.0, detail="largest")
 
 
-def costs(frames: Sequence[Frame], head_ms: float) -> Iterator[Figure]:
+def costs(work: Sequence[Work], head_ms: float) -> Iterator[Figure]:
     """The figures of whole pictures; head_ms: CPU time of a picture of the head."""
-    gesture = np.mean([frame.gesture for frame in frames])
-    total = np.mean([frame.tracking + frame.gesture for frame in frames]) + head_ms
-    latency = np.percentile([frame.tracking + frame.gesture for frame in frames], 95)
+    gesture = np.mean([picture.gesture for picture in work])
+    total = np.mean([picture.tracking + picture.gesture for picture in work]) + head_ms
+    latency = np.percentile([picture.tracking + picture.gesture for picture in work], 95)
     yield _figure("gesture", float(gesture), "ms", detail="a picture")
     share = 0.1 * float(total) * RATE
     yield _figure("core", share, "%", at_most=SHARE, detail=f"of one at {RATE:g} Hz")
     yield _figure(
         "latency", float(latency), "ms", at_most=LATENCY, detail="picture to activity, p95",
-        time="CPU time, without what ROS adds", pictures=len(frames),
+        time="CPU time, without what ROS adds", pictures=len(work),
     )  # fmt: skip
 
 
-def _whole(setup: Setup, film: Sequence[Picture]) -> list[Frame]:
+def _whole(setup: Setup, film: Sequence[Picture]) -> list[Work]:
     """Tracking and gesture on every picture, in the order of the nodes."""
     tracking = Tracking(setup.camera, setup.workspace, setup.palette, setup.tracking)
     own = setup.files.share("fabric_perception") / "config/gestures.yaml"
@@ -173,20 +174,20 @@ def _whole(setup: Setup, film: Sequence[Picture]) -> list[Frame]:
     threads = cv2.getNumThreads()
     cv2.setNumThreads(1)
     try:
-        return [_frame(tracking, gesture, i / RATE, *pair) for i, pair in enumerate(film, start=1)]
+        return [_work(tracking, gesture, i / RATE, *pair) for i, pair in enumerate(film, start=1)]
     finally:
         cv2.setNumThreads(threads)
 
 
-def _frame(
+def _work(
     tracking: Tracking, gesture: GestureRecogniser, t: float, bgr: np.ndarray, depth: np.ndarray
-) -> Frame:
+) -> Work:
     start = time.process_time()
     seen = tracking.step(t, bgr, depth)
     middle = time.process_time()
     hand = seen.hand.position if seen.hand is not None and seen.hand.visible else None
     gesture.on_hand(t, hand)
-    return Frame(1e3 * (middle - start), 1e3 * (time.process_time() - middle))
+    return Work(1e3 * (middle - start), 1e3 * (time.process_time() - middle))
 
 
 def stage(name: str, ms: float, plain_ms: float, judged: bool) -> Figure:
@@ -212,14 +213,21 @@ def parser() -> argparse.ArgumentParser:
     return result
 
 
-def main(argv: Sequence[str] | None = None) -> int:
-    """Measure; return the exit code."""
+def no_more(quick: bool) -> Iterator[Figure]:
+    """What is measured beside the stages: nothing."""
+    yield from ()
+
+
+def main(
+    argv: Sequence[str] | None = None, more: Callable[[bool], Iterator[Figure]] = no_more
+) -> int:
+    """Measure the stages, then `more(quick)`; return the exit code."""
     arguments = parser().parse_args(argv)
     show: Callable[[Figure], str] = json.dumps if arguments.json else line
     measured = [hardware() | {"bench": "perception", "time": "CPU time, least of some rounds"}]
     print(show(measured[0]), flush=True)
     count, rounds = QUICK if arguments.quick else (PICTURES, ROUNDS)
-    for found in measure(count, rounds):
+    for found in itertools.chain(measure(count, rounds), more(arguments.quick)):
         print(show(found), flush=True)
         measured.append(found)
     if not arguments.json:

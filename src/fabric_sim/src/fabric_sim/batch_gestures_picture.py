@@ -55,7 +55,9 @@ def _ways(axes: Any, found: Mapping[str, Mapping[str, float]]) -> None:
     axes.invert_yaxis()
     axes.set_xlim(0.0, 1.12)
     if names:
-        axes.legend(loc="lower left", fontsize=8)
+        axes.legend(
+            loc="lower center", bbox_to_anchor=(0.5, 1.0), ncol=2, frameon=False, fontsize=8
+        )
 
 
 def main(arguments: Sequence[str]) -> int:

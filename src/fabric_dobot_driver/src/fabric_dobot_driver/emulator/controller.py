@@ -36,6 +36,7 @@ class Controller:
         self._limits = load_limits(self.settings.limits_file)
         self._tell = tell or (lambda event, **details: None)
         self.time = 0.0
+        self.extension = Extension(self.settings)
         self._acts = {
             commands.RESET_POSE: self._reset_pose,
             commands.JOG: self._jog,
@@ -48,14 +49,13 @@ class Controller:
         self.power_up()
 
     def power_up(self) -> None:
-        """Everything as after switching on: nothing of before is left, save the time."""
+        """Everything as after switching on: it has forgotten all of before."""
         links = self._limits.links
         self._start_time = self.time
         self.alarms: set[int] = set()
         self.arm = Arm(self.settings.power_up)
         self.queue = Queue(self.settings.queue_length)
-        self.extension = Extension(self.settings)
-        self.extension.advance(self.time)
+        self.extension = self.extension.switched_on(self.time)
         self.homed = False
         self.device_name = b"Magician"
         self._homing = False

@@ -75,10 +75,10 @@ class Emulator:
         """Answers until stopped, then removes the link."""
         try:
             while self._running:
-                events = self._selector.select(self._patience())
-                self._pass()
-                for key, _ in events:
+                # First what has come in: the rest of a frame must not be late because we are.
+                for key, _ in self._selector.select(self._patience()):
                     key.data()
+                self._pass()
         finally:
             self._close()
 

@@ -89,6 +89,15 @@ class Extension:
         self.levels: dict[int, int] = {}  # digital inputs by address
         self.voltages: dict[int, int] = {}  # analogue inputs by address, 0 to 4095
 
+    def switched_on(self, now: float) -> "Extension":
+        """As after power-up: counters at 0, sensors off; the world around is still there."""
+        fresh = Extension(self._settings)
+        fresh.advance(now)
+        fresh.cubes = [Cube(cube.place - self.belt, cube.colour) for cube in self.cubes]
+        fresh.forced = self.forced
+        fresh.levels, fresh.voltages = self.levels, self.voltages
+        return fresh
+
     @property
     def belt(self) -> float:
         """Way of the belt in mm since power-up."""

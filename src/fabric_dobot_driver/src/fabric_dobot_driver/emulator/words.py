@@ -6,123 +6,149 @@ import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING, NamedTuple
 
-from fabric_dobot_driver.emulator.alarms import check
+from fabric_dobot_driver.emulator.alarms import BITS
+from fabric_dobot_driver.emulator.extension import COLOURS
 
 if TYPE_CHECKING:
     from fabric_dobot_driver.emulator.emulator import Emulator
 
-SEEN = {"on": True, "off": False, "auto": None}
+Convert = Callable[[str], object]
+LONGEST = 3600.0  # s that any fault lasts
+MOST_GARBAGE = 1_000_000
+
+
+def _number(low: float, high: float) -> Convert:
+    def convert(text: str) -> float:
+        value = float(text)
+        if not low <= value <= high:
+            raise ValueError(f"{text}, want {low:g} to {high:g}")
+        return value
+
+    return convert
+
+
+def _whole(low: int, high: int) -> Convert:
+    def convert(text: str) -> int:
+        value = int(text, 0)
+        if not low <= value <= high:
+            raise ValueError(f"{text}, want {low} to {high}")
+        return value
+
+    return convert
+
+
+def _one_of(choices: dict[str, object]) -> Convert:
+    def convert(text: str) -> object:
+        if text not in choices:
+            raise ValueError(f"{text!r}, want {', '.join(choices)}")
+        return choices[text]
+
+    return convert
+
+
+SECONDS = _number(0.0, LONGEST)
+SHARE = _number(0.0, 1.0)
+ADDRESS = _whole(1, 20)
+MILLIMETRES = _number(-1e6, 1e6)
+COLOUR = _one_of({name: name for name in COLOURS})
+SEEN = _one_of({"on": True, "off": False, "auto": None})
 
 
 class Word(NamedTuple):
-    """What a word wants, and what it does."""
+    """What a word wants, and what it does with it."""
 
     usage: str
     help: str
-    least: int
-    most: int
     do: Callable[..., object]
+    takes: tuple[Convert, ...] = ()
+    least: int | None = None  # arguments that are enough; all of them unless given
 
 
-def _alarm(arm: "Emulator", code: str) -> None:
-    arm.controller.raise_alarm(check(int(code, 0)))
+def _set(part: str, name: str) -> Callable[..., None]:
+    return lambda arm, value: setattr(getattr(arm, part), name, value)
 
 
-def _cube(arm: "Emulator", distance: str = "0", colour: str = "red") -> None:
-    arm.controller.extension.put(float(distance), colour)
+def _alarm(arm: "Emulator", code: int) -> None:
+    arm.controller.raise_alarm(code)
 
 
-def _infrared(arm: "Emulator", seen: str) -> None:
-    if seen not in SEEN:
-        raise ValueError(f"{seen!r}, want {', '.join(SEEN)}")
-    arm.controller.extension.forced = SEEN[seen]
+def _cube(arm: "Emulator", distance: float = 0.0, colour: str = "red") -> None:
+    arm.controller.extension.put(distance, colour)
 
 
-def _input(most: int, kind: str) -> Callable[["Emulator", str, str], None]:
-    def put(arm: "Emulator", address: str, value: str) -> None:
-        number, level = _within(address, 1, 20), _within(value, 0, most)
-        getattr(arm.controller.extension, kind)[int(number)] = int(level)
-
-    return put
+def _infrared(arm: "Emulator", seen: bool | None) -> None:
+    arm.controller.extension.forced = seen
 
 
-def _within(text: str, low: float, high: float) -> float:
-    value = float(text)
-    if not low <= value <= high:
-        raise ValueError(f"{text}, want {low:g} to {high:g}")
-    return value
+def _digital(arm: "Emulator", address: int, level: int) -> None:
+    arm.controller.extension.levels[address] = level
 
 
-def _share(name: str) -> Callable[["Emulator", str], None]:
-    return lambda arm, share: setattr(arm.faults, name, _within(share, 0.0, 1.0))
+def _analogue(arm: "Emulator", address: int, value: int) -> None:
+    arm.controller.extension.voltages[address] = value
 
 
-HOUR = 3600.0
 WORDS = {
     "silence": Word(
-        "S",
-        "hear and answer nothing for S seconds",
-        1,
-        1,
-        lambda arm, s: arm.silence(_within(s, 0.0, HOUR)),
+        "S", "hear and answer nothing for S seconds", lambda arm, s: arm.silence(s), (SECONDS,)
     ),
     "garbage": Word(
-        "N", "send N random bytes", 1, 1, lambda arm, n: arm.send_garbage(int(_within(n, 0, 1e6)))
+        "N", "send N random bytes", lambda arm, n: arm.send_garbage(n), (_whole(0, MOST_GARBAGE),)
     ),
-    "delay": Word(
-        "S",
-        "answer S seconds late from now on",
-        1,
-        1,
-        lambda arm, s: setattr(arm.faults, "delay", _within(s, 0.0, HOUR)),
-    ),
-    "drop": Word("P", "lose this share of the answers", 1, 1, _share("drop")),
-    "corrupt": Word("P", "damage this share of the answers", 1, 1, _share("corrupt")),
-    "calm": Word("", "end silence, delay, drop and corrupt", 0, 0, lambda arm: arm.faults.calm()),
+    "delay": Word("S", "answer S seconds late from now on", _set("faults", "delay"), (SECONDS,)),
+    "drop": Word("P", "lose this share of the answers", _set("faults", "drop"), (SHARE,)),
+    "corrupt": Word("P", "damage this share of the answers", _set("faults", "corrupt"), (SHARE,)),
+    "calm": Word("", "end silence, delay, drop and corrupt", lambda arm: arm.faults.calm()),
     "unplug": Word(
         "S",
         "pull the USB plug for S seconds; the arm goes on",
-        1,
-        1,
-        lambda arm, s: arm.unplug(_within(s, 0.0, HOUR)),
+        lambda arm, s: arm.unplug(s),
+        (SECONDS,),
     ),
     "power": Word(
         "S",
         "no power for S seconds, then everything as switched on",
-        1,
-        1,
-        lambda arm, s: arm.power_off(_within(s, 0.0, HOUR)),
+        lambda arm, s: arm.power_off(s),
+        (SECONDS,),
     ),
-    "alarm": Word("CODE", "raise an alarm, such as 0x11", 1, 1, _alarm),
-    "cube": Word("[MM [COLOUR]]", "lay a cube on the belt, MM before the sensor", 0, 2, _cube),
+    "alarm": Word("CODE", "raise an alarm, such as 0x11", _alarm, (_whole(0, BITS - 1),)),
+    "cube": Word(
+        "[MM [COLOUR]]",
+        "lay a cube on the belt, MM before the sensor",
+        _cube,
+        (MILLIMETRES, COLOUR),
+        least=0,
+    ),
     "take": Word(
-        "", "take the cube at the sensor away", 0, 0, lambda arm: arm.controller.extension.take()
+        "", "take the cube at the sensor away", lambda arm: arm.controller.extension.take()
     ),
     "infrared": Word(
-        "on|off|auto", "what the infrared sensor sees; auto: the cubes", 1, 1, _infrared
+        "on|off|auto", "what the infrared sensor sees; auto: the cubes", _infrared, (SEEN,)
     ),
-    "di": Word("ADDRESS 0|1", "set a digital input", 2, 2, _input(1, "levels")),
+    "di": Word("ADDRESS 0|1", "set a digital input", _digital, (ADDRESS, _whole(0, 1))),
     "adc": Word(
-        "ADDRESS VALUE", "set an analogue input, 0 to 4095", 2, 2, _input(4095, "voltages")
+        "ADDRESS VALUE", "set an analogue input, 0 to 4095", _analogue, (ADDRESS, _whole(0, 4095))
     ),
-    "state": Word("", "where everything is, as JSON", 0, 0, lambda arm: arm.state()),
+    "state": Word("", "where everything is, as JSON", lambda arm: arm.state()),
 }
 
 
 def parse(line: str) -> Callable[["Emulator"], str]:
     """What the line says to do; called, it answers "ok" or JSON.
 
-    Raises ValueError for words that there are not, or too few or many of them.
+    Raises ValueError for words that there are not, and for too few, too many or wrong arguments.
     """
     name, *arguments = line.split() or [""]
     word = WORDS.get(name)
     if word is None:
         raise ValueError(f"no word {name!r}; there are: {', '.join(WORDS)}")
-    if not word.least <= len(arguments) <= word.most:
+    least = len(word.takes) if word.least is None else word.least
+    if not least <= len(arguments) <= len(word.takes):
         raise ValueError(f"want: {name} {word.usage}")
+    values = [convert(text) for convert, text in zip(word.takes, arguments, strict=False)]
 
     def act(arm: "Emulator") -> str:
-        answer = word.do(arm, *arguments)
+        answer = word.do(arm, *values)
         return "ok" if answer is None else json.dumps(answer)
 
     return act
