@@ -85,7 +85,7 @@ def test_pictures_have_errors_of_their_own():
 @pytest.mark.parametrize(
     ("package", "name", "text", "words"),
     [
-        ("fabric_perception", "config/gestures.yaml", "look_back: nan", r"look_back is nan"),
+        ("fabric_perception", "config/gestures.yaml", "look_back: .nan", r"look_back is nan"),
         ("fabric_perception", "config/gestures.yaml", "shout: 1", r"unknown parameter 'shout'"),
         ("fabric_perception", "config/head.yaml", "[1, 2]", r"in place of named entries"),
         ("fabric_perception", "config/tracking.yaml", "{", r"tracking\.yaml: "),

@@ -139,7 +139,7 @@ def size_variants(
     """
     dials = np.array([Character.parse(name).dials for name in models.types])
     earned = models.performance.mean.T
-    always = [library.names.index(name) for name in ALWAYS]
+    always = [i for i, name in enumerate(library.names) if name in ALWAYS]
     variants = []
     for size in (size for size in sizes if size <= len(library.policies)):
         chosen = choose(earned, dials, size, always)
@@ -222,7 +222,8 @@ def run_ablations(
     """Run all ablations over the first orders. folder: where the library of 40 is kept."""
     scenario, seed = base.library.scenario, base.models.seed
     variants = parameter_variants(base) + type_variants(base)
-    variants += size_variants(base, "library size", base.models, base.library, SIZES)
+    smaller = [size for size in SIZES if size < len(base.library.policies)]
+    variants += size_variants(base, "library size", base.models, base.library, smaller)
     library = large_library(scenario, seed, folder / "library_of_40", processes)
     models = Training(context, TASKS_OF_40, seed, processes)(library, known_types(16))
     variants += size_variants(base, "size, out of 40", models, library, OF_40)
