@@ -146,8 +146,10 @@ class ArmServer(actionlib.ActionServer):
 class CellNode:
     """The graph as the lockstep sees it: publishes, listens, counts."""
 
-    def __init__(self, cell: Cell, staff: Staff | ManualStaff, parameters: CellParameters) -> None:
-        self._cell = cell
+    def __init__(
+        self, config: CellConfig, staff: Staff | ManualStaff, parameters: CellParameters
+    ) -> None:
+        cell = self._cell = Cell(config, staff.worker(1), parameters.seed)
         self._staff = staff
         self._parameters = parameters
         self._filmed = parameters.sensing == CAMERA
@@ -156,7 +158,7 @@ class CellNode:
         self._emulated: EmulatedCell | None = None
         if parameters.emulator:  # arm and belt are the driver's
             eyes = EmulatorEyes(Path(parameters.emulator))
-            self._runs = self._emulated = EmulatedCell(self._runs, cell, eyes)
+            self._runs = self._emulated = EmulatedCell(self._runs, cell, config, eyes)
             edges = without_devices(edges)
             self._topics = {k: v for k, v in self._topics.items() if k not in DEVICES}
         self._quiescence = Quiescence(parameters.expected, edges)
@@ -380,7 +382,7 @@ def main() -> int:
             parameters.sensing_file,
         )
         staff = staff_of(parameters)
-        node = CellNode(Cell(config, staff.worker(1), parameters.seed), staff, parameters)
+        node = CellNode(config, staff, parameters)
     except ValueError as error:
         rospy.logfatal("%s", error)
         return 2

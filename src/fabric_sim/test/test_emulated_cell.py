@@ -49,7 +49,7 @@ def rig():
     cell, emulator = Cell(CONFIG, ScriptedWorker(), 101), Emulator()
     eyes = EmulatorEyes(Path("arm"), emulator.tell)
     cell.on_task(task(colours=(R,)))
-    return cell, emulator, EmulatedCell(cell, cell, eyes)
+    return cell, emulator, EmulatedCell(cell, cell, CONFIG, eyes)
 
 
 def step_until(emulated, condition, limit=2000):

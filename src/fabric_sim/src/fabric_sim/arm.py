@@ -161,10 +161,6 @@ class Arm:
             return []
         return [ArmResult(move.number, MoveArmResult.PRE_EMPTED, reason)]
 
-    def place(self, pose: ToolPose) -> None:
-        """Stand there: for a cell whose arm is moved by somebody else."""
-        self._pose, self._move = pose, None
-
     @property
     def rest(self) -> float:
         """Time until the running goal is reached, s; infinite without one."""

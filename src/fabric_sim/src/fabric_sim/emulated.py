@@ -9,13 +9,15 @@ so such a cell is to run in real time too.
 
 import json
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from fabric_dobot_driver import ToolPose, units
 from fabric_dobot_driver.emulator import tell
+from fabric_sim.arm import Arm
 from fabric_sim.belt import MAX_SPEED
-from fabric_sim.cell import Cell, Stimulus
+from fabric_sim.cell import Cell, CellConfig, Stimulus
 from fabric_sim.lockstep import Stalled
 from fabric_sim.quiescence import Edge
 from fabric_sim.topics import DEVICES
@@ -74,9 +76,9 @@ class _Output:
 class EmulatedCell:
     """See the module."""
 
-    def __init__(self, runs: Any, cell: Cell, eyes: EmulatorEyes) -> None:
-        """runs: the cell, or what films it."""
-        self._runs, self._cell, self._eyes = runs, cell, eyes
+    def __init__(self, runs: Any, cell: Cell, config: CellConfig, eyes: EmulatorEyes) -> None:
+        """runs: the cell, or what films it. config: of the cell."""
+        self._runs, self._cell, self._config, self._eyes = runs, cell, config, eyes
 
     @property
     def running(self) -> bool:
@@ -100,7 +102,7 @@ class EmulatedCell:
 
     def _step(self) -> _Output:
         cell, devices = self._cell, self._eyes.look()
-        cell.arm.place(devices.pose)
+        cell.arm = self._arm_at(devices.pose)
         if devices.suction != cell.arm.suction:
             cell.set_suction(devices.suction)
         if devices.belt != cell.stock.belt.speed:
@@ -108,6 +110,12 @@ class EmulatedCell:
         output = _Output(self._runs.step())
         self._eyes.show(cell.stock.belt.at_pick_point is not None)
         return output
+
+    def _arm_at(self, pose: ToolPose) -> Arm:
+        """An arm that stands there; it sucks as before."""
+        arm = Arm(replace(self._config.arm, home=pose), self._config.limits)
+        arm.suction = self._cell.arm.suction
+        return arm
 
 
 def without_devices(edges: tuple[Edge, ...]) -> tuple[Edge, ...]:
