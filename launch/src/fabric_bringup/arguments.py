@@ -283,6 +283,7 @@ WORDS = (
     Word("web_port", "0", "of the page for human:=manual; 0 is any free one", port, ("sim",)),
     Word("rviz", "false", "open the 3D view", boolean, ("sim",)),
     Word("record", "true", "one bag a task", boolean, ("sim",)),
+    Word("pictures", "false", "bags with what cameras see, 30 MB a second", boolean, ("sim",)),
     Word("out_dir", new_run_folder, "folder of the record", out_dir),
     Word("file", "", "the recorded trial, a CSV file or a bag", recording, REPLAYS),
     Word(

@@ -8,7 +8,14 @@ import pytest
 from conftest import POLICIES, TYPES, run_job
 from scipy import stats
 
-from fabric_abps import ModelsError, ObservationModel, PerformanceModel, TrainedModels, train
+from fabric_abps import (
+    Library,
+    ModelsError,
+    ObservationModel,
+    PerformanceModel,
+    TrainedModels,
+    train,
+)
 
 
 def test_performance_is_the_sample_mean_and_variance_of_each_pair() -> None:
@@ -155,6 +162,22 @@ def test_models_of_a_changed_library_are_refused(models, library, index) -> None
     (index.parent / "helps.pomdpx").write_text("<!-- changed -->")
     with pytest.raises(ModelsError, match="has changed since the training"):
         models.check(library)
+
+
+def test_a_part_knows_fewer_types_and_policies_and_of_them_the_same(models, library) -> None:
+    smaller = Library(library.scenario, library.policies[:0:-1], "helps", library.index)
+    part = models.part(smaller, TYPES[1:])
+    part.check(smaller)
+    assert (part.types, part.policies) == (TYPES[1:], ("asks", "helps"))
+    assert (part.performance.mean == models.performance.mean[1:, :0:-1]).all()
+    alone = train(smaller, TYPES[1:], run_job, tasks=20, seed=3).observation
+    codes = [33, 5, 17]
+    assert (part.observation.log_likelihood(codes, 0) == alone.log_likelihood(codes, 0)).all()
+
+
+def test_a_part_of_what_was_not_trained_is_refused(models, library) -> None:
+    with pytest.raises(ModelsError, match="not trained on bold"):
+        models.part(library, ["calm", "bold"])
 
 
 def _rewrite(path, **changes) -> None:

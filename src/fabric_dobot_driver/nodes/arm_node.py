@@ -49,6 +49,7 @@ BASE = "arm_base_link"
 REFUSED = (MoveArmResult.INVALID, MoveArmResult.UNREACHABLE)
 BELT_PERIOD = 0.1  # s between conveyor/state
 HEALTH_PERIOD = 1.0  # s between diagnostics
+HOLDING = 2.0  # s that the last two frames may take
 PATIENCE = 1.0  # s that a service waits for the arm to answer
 
 
@@ -138,7 +139,7 @@ class ArmNode:
     """Topics, services and diagnostics around the controller's thread."""
 
     def __init__(self, port: str, settings: DriverSettings, limits_file: str) -> None:
-        self._events: queue.SimpleQueue[tuple[rospy.Time, object]] = queue.SimpleQueue()
+        self._events: queue.Queue[tuple[rospy.Time, object]] = queue.Queue()
         tell, clock = self._tell, time.monotonic
         self._arm = ArmDevice(load_limits(limits_file), settings, clock, tell)
         self._belt = ConveyorDevice(settings, clock, tell)
@@ -159,12 +160,12 @@ class ArmNode:
         rospy.Service("arm/clear_alarms", Command, self._clear_alarms)
         rospy.Service("arm/set_suction", SetSuction, self._set_suction)
         rospy.Service("conveyor/set_speed", SetConveyor, self._set_conveyor)
-        self._traffic = Traffic("arm")
+        self._traffic: Traffic | None = None  # beats from the first homing on
         self._thread = threading.Thread(target=self._controller.run, name="wire", daemon=True)
 
     def run(self) -> None:
-        """Until shutdown: hand on what the devices tell."""
-        rospy.on_shutdown(self._close)
+        """Until shutdown: hand on what the devices tell. Then the arm holds, the belt stands."""
+        rospy.on_shutdown(self._controller.close)  # in a signal's handler: it must not wait
         self._thread.start()
         belt_at = health_at = time.monotonic()
         while not rospy.is_shutdown():
@@ -176,6 +177,7 @@ class ArmNode:
             if now >= health_at:
                 health_at = max(health_at + HEALTH_PERIOD, now)
                 self._publish_health()
+        self._thread.join(HOLDING)
 
     def _hand_on(self, until: float) -> None:
         try:
@@ -191,11 +193,6 @@ class ArmNode:
 
     def _tell(self, event: object) -> None:
         self._events.put((rospy.Time.now(), event))
-
-    def _close(self) -> None:
-        """The arm holds and the belt stands when the node ends."""
-        self._controller.close()
-        self._thread.join(2.0)
 
     # -- what is published ----------------------------------------------------------------------
 
@@ -222,6 +219,8 @@ class ArmNode:
     def _note(self, notice: Notice) -> None:
         (rospy.logerr if notice.serious else rospy.loginfo)("arm: %s", notice.text)
         self._publish_health()
+        if self._arm.homed and self._traffic is None:
+            self._traffic = Traffic("arm")
         if self._home_at_start and self._arm.connected and not self._arm.homed:
             self._home_at_start = False
             rospy.logwarn("arm: homing, as ~home_at_start asks for")

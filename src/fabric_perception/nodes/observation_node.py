@@ -8,6 +8,7 @@ import rospy
 
 from fabric_msgs.msg import HeadState, HumanActivity, Observation, TaskEvent, TaskState
 from fabric_msgs.traffic import Traffic
+from fabric_perception.joint import JointHysteresis
 from fabric_perception.observation_agent import ObservationAgent
 from fabric_perception.pairing import Pair, StampPairing
 from fabric_perception.parameters import ObservationParameters
@@ -21,6 +22,7 @@ class ObservationNode:
         loaded = settings_from(ObservationParameters, parameters)
         self._agent = ObservationAgent(loaded)
         self._pairing = StampPairing(round(loaded.pairing_tolerance * 1e9), _unseen_head)
+        self._joint = JointHysteresis(loaded.joint_percepts)
         self._task_id = 0
         self._newest = 0.0  # s, of all stamps of the task
         self._traffic = Traffic("observation")
@@ -47,7 +49,8 @@ class ObservationNode:
     def _on_pairs(self, pairs: list[Pair]) -> None:
         for pair in pairs:
             t = self._time_of(pair.activity)
-            self._publish(self._agent.on_percepts(t, pair.activity, pair.head))
+            reading = self._joint.feed(self._agent.read(pair.activity, pair.head))
+            self._publish(self._agent.on_reading(t, reading, pair.activity.evidence_age))
 
     def _time_of(self, message: Any) -> float:
         """The stamp (s), or the newest so far: real sensors do not deliver in order of time."""

@@ -37,6 +37,8 @@ INFOS = {  # by the pictures they belong to
     "cell/camera/rgb/image_raw": "cell/camera/rgb/camera_info",
     "head/camera/image_raw": "head/camera/camera_info",
 }
+FRAMES = "/tf_static"
+UNPLACED = "neither the bag's tf_static nor camera_files say where the camera is, even"
 PARAMETERS = ("file", "out_dir", "start_dir", "names", "nodes", "patience")
 
 
@@ -85,14 +87,15 @@ class Player:
         if t.to_sec() - self._last > JUMP:
             self._wait(lambda: self._at(t), "clocks stand", lambda: self._tick(t))
         self._last = t.to_sec()
-        if topic == "/tf_static":
+        if topic == FRAMES:
             self._frames.update({f.child_frame_id: f for f in message.transforms})
             message.transforms = list(self._frames.values())
         with self._changed:
             self._books.sent(topic)
         self._publishers[topic].publish(message)
         if self._books.listeners(topic):
-            self._wait(lambda: not self._books.behind(), "still at work")
+            complaint = UNPLACED if topic in INFOS.values() else "still at work"
+            self._wait(lambda: not self._books.behind(), complaint)
 
     def finish(self) -> None:
         """Wait until the last that was perceived is here."""
@@ -112,7 +115,7 @@ class Player:
         told_once = {info: image for image, info in INFOS.items()}
         if topic in told_once:
             return len(self._books.listeners(told_once[topic]))
-        return max(listeners, topic == "/tf_static")
+        return max(listeners, topic == FRAMES)
 
     def _under_way(self) -> list[str]:
         return [t for t, count in self._received.items() if count < self._books.published(t)]
@@ -190,14 +193,17 @@ class Replay:
         self._player.listen({t: roslib.message.get_message_class(k) for t, k in KINDS.items()})
         first = last = None
         pictures = 0
+        fixed = [topic for topic, own in inputs.items() if own == FRAMES]
         for topic, message, t in bag.read_messages():
             self._remember(topic, message, t)
             own = inputs.get(topic)
-            if own is None:
+            if own in (None, FRAMES):
                 continue
             if first is None:
                 first = t
                 self._player.begin(t)
+                for _, frames, _ in bag.read_messages(topics=fixed):  # cameras need them at once
+                    self._player.play(FRAMES, frames, t)
             self._player.play(own, message, t)
             pictures, last = pictures + (own in PICTURES), t
         self._player.finish()

@@ -9,6 +9,7 @@ import tf2_ros
 from geometry_msgs.msg import PoseStamped
 from sensor_msgs.msg import CameraInfo, Image
 from std_msgs.msg import Header
+from tf2_msgs.msg import TFMessage
 
 from fabric_msgs.msg import (
     ContainerArray,
@@ -53,6 +54,7 @@ class TrackingNode:
         self._health = Health()
         frames = tf2_ros.Buffer()
         self._listener = tf2_ros.TransformListener(frames)
+        self._infos = 0
         self._source = CameraSource(
             rospy.resolve_name(INFO),
             lambda frame: frames.lookup_transform(PARENT, frame, rospy.Time()),
@@ -74,7 +76,10 @@ class TrackingNode:
 
     def _listen(self) -> None:
         locked = self._traffic.serialised
-        rospy.Subscriber(INFO, CameraInfo, locked(self._on_info), queue_size=1)
+        self._traffic.declare_handled(INFO)
+        rospy.Subscriber(INFO, CameraInfo, locked(self._on_info), tcp_nodelay=True)
+        # rospy calls the subscribers of a topic in their order: the listener's, then this
+        rospy.Subscriber("/tf_static", TFMessage, locked(lambda _: self._count_infos()))
         self._traffic.subscribe("arm/tcp", PoseStamped, self._on_cup)
         self._traffic.subscribe("conveyor/state", ConveyorState, self._on_conveyor)
         self._traffic.subscribe("task/state", TaskState, self._on_task)
@@ -92,6 +97,13 @@ class TrackingNode:
     def _on_info(self, info: CameraInfo) -> None:
         if self._source.told(info):
             self._session.forget_camera()
+        self._infos += 1
+        self._count_infos()
+
+    def _count_infos(self) -> None:
+        """A calibration is dealt with when it is known, too, where the camera is."""
+        if self._source.placed():
+            self._traffic.handled(INFO, self._infos)
 
     def _on_cup(self, pose: PoseStamped) -> None:
         at = pose.pose.position

@@ -56,6 +56,14 @@ def test_what_is_missing_of_a_camera_is_said():
         camera.camera(FRAME)
 
 
+def test_a_camera_is_placed_when_the_frame_of_its_calibration_is_known():
+    assert not source(FRAME).placed()
+    for frames, placed in (((), False), ((FRAME,), True)):
+        camera = source(*frames)
+        camera.told(info())
+        assert camera.placed() == placed
+
+
 @pytest.mark.parametrize("change", [{"focal": 571.0}, {"width": 320}, {"D": [0.1] * 5}])
 def test_another_lens_is_noticed_and_the_same_one_is_not(change):
     camera = source(FRAME)

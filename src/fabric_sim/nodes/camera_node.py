@@ -45,7 +45,7 @@ class CameraNode:
             name: self._traffic.publisher(topic, Image) for name, topic in PICTURES.items()
         }
         self._infos = {
-            name: rospy.Publisher(f"{name}/camera_info", CameraInfo, latch=True, queue_size=10)
+            name: self._traffic.publisher(f"{name}/camera_info", CameraInfo, latch=True)
             for name in PICTURES
         }
         for name, lens in self._lenses.items():

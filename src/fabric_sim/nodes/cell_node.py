@@ -7,6 +7,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import actionlib
@@ -17,16 +18,9 @@ from actionlib_msgs.msg import GoalID
 from geometry_msgs.msg import PoseStamped
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
-from std_msgs.msg import Header
 
 from fabric_msgs.msg import (
-    ContainerArray,
-    ConveyorState,
-    CubeArray,
-    GroundTruth,
-    HeadState,
     Heartbeat,
-    HumanActivity,
     MoveArmAction,
     MoveArmActionGoal,
     MoveArmFeedback,
@@ -50,24 +44,15 @@ from fabric_sim.arm import JOINT_NAMES, ArmResult, goal_of
 from fabric_sim.camera.filmed import TOPICS, FilmedCell, SensorParameters
 from fabric_sim.cell import Cell, CellConfig, Stimulus
 from fabric_sim.cell_parameters import CAMERA, MANUAL, CellParameters
+from fabric_sim.emulated import EmulatedCell, EmulatorEyes, without_devices
 from fabric_sim.geometry import Point
 from fabric_sim.lockstep import Lockstep, Pace, Stalled
 from fabric_sim.manual_commands import NAMES
 from fabric_sim.manual_worker import ManualStaff
 from fabric_sim.quiescence import CAMERA_EDGES, CELL, EDGES, Counts, Quiescence
 from fabric_sim.staff import Staff
+from fabric_sim.topics import CANCEL, COUNTED, DEVICES, GOAL, LATCHED, RESULT
 
-COUNTED = {
-    "truth": GroundTruth,
-    "conveyor/state": ConveyorState,
-    "cell/cubes": CubeArray,
-    "cell/containers": ContainerArray,
-    "human/warning": Header,
-    "human/activity": HumanActivity,
-    "human/head": HeadState,
-}
-LATCHED = ("cell/containers",)
-RESULT, GOAL, CANCEL = "arm/move/result", "arm/move/goal", "arm/move/cancel"
 PATIENCE = 3.0  # s, wall time that a connection may take before its subscribers are told again
 REFUSED = (MoveArmResult.INVALID, MoveArmResult.UNREACHABLE)
 
@@ -161,14 +146,22 @@ class ArmServer(actionlib.ActionServer):
 class CellNode:
     """The graph as the lockstep sees it: publishes, listens, counts."""
 
-    def __init__(self, cell: Cell, staff: Staff | ManualStaff, parameters: CellParameters) -> None:
-        self._cell = cell
+    def __init__(
+        self, config: CellConfig, staff: Staff | ManualStaff, parameters: CellParameters
+    ) -> None:
+        cell = self._cell = Cell(config, staff.worker(1), parameters.seed)
         self._staff = staff
         self._parameters = parameters
         self._filmed = parameters.sensing == CAMERA
         edges = CAMERA_EDGES if self._filmed else EDGES
-        self._quiescence = Quiescence(parameters.expected, edges)
         self._runs, self._topics = _filmed(cell, parameters) if self._filmed else (cell, COUNTED)
+        self._emulated: EmulatedCell | None = None
+        if parameters.emulator:  # arm and belt are the driver's
+            eyes = EmulatorEyes(Path(parameters.emulator))
+            self._runs = self._emulated = EmulatedCell(self._runs, cell, config, eyes)
+            edges = without_devices(edges)
+            self._topics = {k: v for k, v in self._topics.items() if k not in DEVICES}
+        self._quiescence = Quiescence(parameters.expected, edges)
         self._traffic = Traffic(CELL)
         self._heard = threading.Condition(self._traffic.lock)
         self._master = rosgraph.Master(rospy.get_name())
@@ -204,7 +197,8 @@ class CellNode:
         """Nodes and connections that are not there yet."""
         self._look_at_myself()
         self._remind()
-        return self._quiescence.missing() or self._quiescence.missing(self._subscribers())
+        missing = self._quiescence.missing() or self._quiescence.missing(self._subscribers())
+        return missing or (self._emulated.missing() if self._emulated else [])
 
     def forgive_losses(self) -> None:
         """Start to count from here."""
@@ -229,19 +223,24 @@ class CellNode:
         self._clock.publish(Clock(reports.header(self._cell.now).stamp))
         if output is None:
             return
-        self._arm.report()
-        t, arm = output.t, self._cell.arm
-        joints = JointState(header=reports.header(t, ""), name=list(JOINT_NAMES))
-        joints.position = list(arm.joints)
-        self._joint_states.publish(joints)
-        tool = reports.pose(Point(*arm.pose[:3]), arm.pose.yaw)
-        self._tcp.publish(PoseStamped(reports.header(t, "arm_base_link"), tool))
+        t = output.t
+        if not self._emulated:
+            self._show_arm(t)
         tool_frame = frames.of_tool(self._cell, t) if self._parameters.arm_frames else []
         if self._filmed:
             person = frames.of_pose(output.pose, self._cell.geometry.person.yaw, t)
         else:
             person = frames.of_person(self._cell, t)
         self._moving_frames.sendTransform(person + tool_frame)
+
+    def _show_arm(self, t: float) -> None:
+        self._arm.report()
+        arm = self._cell.arm
+        joints = JointState(header=reports.header(t, ""), name=list(JOINT_NAMES))
+        joints.position = list(arm.joints)
+        self._joint_states.publish(joints)
+        tool = reports.pose(Point(*arm.pose[:3]), arm.pose.yaw)
+        self._tcp.publish(PoseStamped(reports.header(t, "arm_base_link"), tool))
 
     # -- wiring ---------------------------------------------------------------------------------
 
@@ -250,9 +249,10 @@ class CellNode:
         self._counted = {
             name: publisher(name, kind, name in LATCHED) for name, kind in self._topics.items()
         }
-        self._arm = ArmServer(self._traffic, self._cell, self._handled)
-        self._joint_states = rospy.Publisher("arm/joint_states", JointState, queue_size=10)
-        self._tcp = publisher("arm/tcp", PoseStamped)
+        if not self._emulated:
+            self._arm = ArmServer(self._traffic, self._cell, self._handled)
+            self._joint_states = rospy.Publisher("arm/joint_states", JointState, queue_size=10)
+            self._tcp = publisher("arm/tcp", PoseStamped)
         self._clock = rospy.Publisher("/clock", Clock, queue_size=10)
         self._moving_frames = tf2_ros.TransformBroadcaster()
         self._fixed_frames = tf2_ros.StaticTransformBroadcaster()
@@ -271,10 +271,11 @@ class CellNode:
 
     def _serve(self) -> None:
         locked = self._traffic.serialised
-        rospy.Service("arm/home", Command, locked(self._home))
-        rospy.Service("arm/clear_alarms", Command, locked(self._clear_alarms))
-        rospy.Service("arm/set_suction", SetSuction, locked(self._set_suction))
-        rospy.Service("conveyor/set_speed", SetConveyor, locked(self._set_conveyor))
+        if not self._emulated:
+            rospy.Service("arm/home", Command, locked(self._home))
+            rospy.Service("arm/clear_alarms", Command, locked(self._clear_alarms))
+            rospy.Service("arm/set_suction", SetSuction, locked(self._set_suction))
+            rospy.Service("conveyor/set_speed", SetConveyor, locked(self._set_conveyor))
         if self._parameters.human == MANUAL:
             rospy.Service("human/command", HumanCommand, locked(self._command_person))
 
@@ -381,7 +382,7 @@ def main() -> int:
             parameters.sensing_file,
         )
         staff = staff_of(parameters)
-        node = CellNode(Cell(config, staff.worker(1), parameters.seed), staff, parameters)
+        node = CellNode(config, staff, parameters)
     except ValueError as error:
         rospy.logfatal("%s", error)
         return 2

@@ -3,15 +3,15 @@
 
 import pytest
 
-from fabric_sim.quiescence import EDGES, NODES, Counts, Quiescence
+from fabric_sim.quiescence import CAMERA_EDGES, EDGES, NODES, Counts, Quiescence, nodes_of
 
 
-def counts(node: str, **changes: int) -> Counts:
+def counts(node: str, edges=EDGES, **changes: int) -> Counts:
     """Counts of a node at rest, all zero; changes: topic with __ for / = count."""
     changed = {topic.replace("__", "/"): count for topic, count in changes.items()}
-    sent = {e.topic: changed.get(e.topic, 0) for e in EDGES if e.publisher == node}
-    handled = {e.topic: changed.get(e.topic, 0) for e in EDGES if e.consumer == node}
-    connections = {topic: sum(e.topic == topic for e in EDGES) for topic in sent}
+    sent = {e.topic: changed.get(e.topic, 0) for e in edges if e.publisher == node}
+    handled = {e.topic: changed.get(e.topic, 0) for e in edges if e.consumer == node}
+    connections = {topic: sum(e.topic == topic for e in edges) for topic in sent}
     return Counts(handled, sent, connections)
 
 
@@ -112,3 +112,18 @@ def test_what_was_lost_before_the_start_is_forgiven(everybody):
 def test_an_unknown_node_is_refused_with_the_allowed_ones():
     with pytest.raises(ValueError, match="'planner'; allowed: abps, cell, decision, motion"):
         Quiescence(["planner"])
+
+
+def test_a_run_waits_until_every_camera_is_known_to_who_takes_its_pictures():
+    nodes = nodes_of(CAMERA_EDGES)
+    graph = Quiescence(nodes, CAMERA_EDGES)
+    for node in nodes:
+        graph.heard(node, counts(node, CAMERA_EDGES))
+    told = {"cell__camera__rgb__camera_info": 1, "head__camera__camera_info": 1}
+    graph.heard("camera", counts("camera", CAMERA_EDGES, **told))
+    graph.heard("head", counts("head", CAMERA_EDGES, head__camera__camera_info=1))
+    assert graph.missing() == [
+        "node tracking has not handled 1 message(s) of cell/camera/rgb/camera_info from camera"
+    ]
+    graph.heard("tracking", counts("tracking", CAMERA_EDGES, **told))
+    assert graph.missing() == []

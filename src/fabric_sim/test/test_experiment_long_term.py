@@ -15,9 +15,15 @@ from fabric_msgs.msg import Decision, Observation
 from fabric_sim.batch_files import Files
 from fabric_sim.character import CORNERS, Character
 from fabric_sim.experiments import command, long_term
-from fabric_sim.experiments.long_term_ablation import Training, parameter_variants
+from fabric_sim.experiments.long_term_ablation import (
+    PARAMETERS,
+    Training,
+    parameter_variants,
+    size_variants,
+    type_variants,
+)
 from fabric_sim.experiments.long_term_deciders import Prepared, PreparedDecider
-from fabric_sim.experiments.long_term_hindsight import SHIFTS_TO_JUDGE, best_in_hindsight
+from fabric_sim.experiments.long_term_hindsight import SHIFTS_TO_JUDGE, best_in_hindsight, estimated
 from fabric_sim.experiments.long_term_run import ABPS, Context
 from fabric_sim.experiments.long_term_shifts import (
     Shift,
@@ -211,9 +217,31 @@ def test_the_map_of_original_reactive_models_names_their_states():
 def test_only_parameters_that_differ_from_the_shipped_ones_are_ablated(base):
     labels = [variant.label for variant in parameter_variants(base)]
     assert "between tasks only" not in labels
-    assert "nothing" in labels
+    assert "inside too" in labels
     inside = replace(base, parameters=replace(base.parameters, switch_inside=True))
     assert "between tasks only" in [variant.label for variant in parameter_variants(inside)]
+
+
+def test_a_variant_alters_one_parameter_unless_its_name_says_both():
+    assert [len(changed) for group, _, changed in PARAMETERS if group != "both"] == [1] * 6
+
+
+def test_fewer_types_and_smaller_libraries_are_parts_of_what_is_shipped():
+    shipped = long_term.shipped("sorting")
+    for variant in type_variants(shipped):
+        strategy, types = variant.strategy, variant.strategy.models.types
+        assert len(types) == int(variant.label)
+        assert set(types) < set(shipped.models.types)
+        assert strategy.library == shipped.library
+        assert strategy.parameters == shipped.parameters
+        strategy.selector()  # refuses models that do not fit the library
+    assert len(type_variants(shipped)) == 3
+    for variant in size_variants(shipped, "size", shipped.models, shipped.library, (5, 10)):
+        library = variant.strategy.library
+        assert len(library.policies) == int(variant.label)
+        assert {"proactive", "reactive", library.base} <= set(library.names)
+        assert variant.strategy.models.types == shipped.models.types
+        variant.strategy.selector()
 
 
 def test_models_from_outside_are_used_or_refused_by_name(context, tmp_path):
@@ -273,6 +301,14 @@ def test_similar_people_tell_what_a_persons_own_tasks_cannot():
     possible = worth.max(axis=1).mean() - worth.mean(axis=0).max()
     assert picked.mean() - worth.mean(axis=0).max() > 0.75 * possible
     assert np.abs(found.rewards - worth).mean() < 0.1
+
+
+def test_one_shift_of_everybody_is_enough_to_draw_estimates_together():
+    people = [unknown_person(SEED, number) for number in range(200)]
+    worth = np.full((len(people), 3), 4.0)
+    found = worth + np.random.default_rng(SEED).normal(0.0, 1.0, worth.shape)
+    drawn = estimated(people, found, found**2, np.ones_like(found))
+    assert 0.3 < np.abs(drawn - worth).mean() / np.abs(found - worth).mean() < 0.7
 
 
 def test_trainings_share_what_both_need(context):

@@ -28,6 +28,7 @@ from fabric_study.event_log import LOG_FILE, EventLogWriter
 from fabric_study.meter import TaskMeter, policy_name
 from fabric_study.results import ResultsWriter, TimingWriter
 
+WHOLE_PICTURES = 2**22  # bytes to read at once, so that a picture comes in one piece
 PATIENCE = 10.0  # s, wall time to wait for the last messages of a task that has ended
 ENDED = (TaskState.SUCCEEDED, TaskState.FAILED, TaskState.ABORTED)
 COUNTED = (
@@ -78,7 +79,7 @@ class RecorderNode:
         self._guard: threading.Timer | None = None
         self._policy_choice: PolicyChoice | None = None  # it comes before the state of its task
         self._models: dict[str, ModelInfo] = {}
-        self._latched: dict[str, Callable[[BagFile], None]] = {}
+        self._latched: dict[tuple[str, str], Callable[[BagFile], None]] = {}  # by topic and node
         self._traffic = Traffic("recorder")
         self._traffic.declare_sent("results")
         rospy.on_shutdown(self._traffic.serialised(self._stop))
@@ -92,8 +93,14 @@ class RecorderNode:
         locked = self._traffic.serialised
         rospy.Subscriber("model_info", ModelInfo, locked(self._on_model))
         rospy.Subscriber("abps/type_belief", TypeBelief, locked(self._on_type_belief))
-        for topic in rospy.get_param("~recorder/topics") if self._record else ():
-            rospy.Subscriber(topic, rospy.AnyMsg, locked(self._other(topic)), tcp_nodelay=True)
+        for topic in _topics() if self._record else ():
+            rospy.Subscriber(
+                topic,
+                rospy.AnyMsg,
+                locked(self._other(topic)),
+                tcp_nodelay=True,
+                buff_size=WHOLE_PICTURES,
+            )
 
     def _counted(self, topic: str, take: Callable[[TaskMeter, Any], None]) -> Callable[..., None]:
         def callback(message: Any) -> None:
@@ -106,8 +113,10 @@ class RecorderNode:
 
     def _other(self, topic: str) -> Callable[[rospy.AnyMsg], None]:
         def callback(message: rospy.AnyMsg) -> None:
-            if message._connection_header.get("latching") == "1":
-                self._latched[topic] = lambda bag: bag.write_raw(topic, message)
+            header = message._connection_header
+            if header.get("latching") == "1":
+                source = (topic, header.get("callerid", ""))
+                self._latched[source] = lambda bag: bag.write_raw(topic, message)
             if self._bag is not None:
                 self._bag.write_raw(topic, message)
 
@@ -148,7 +157,7 @@ class RecorderNode:
 
     def _keep(self, topic: str, message: Any) -> None:
         """Write a latched message, now and at the start of every later bag."""
-        self._latched[topic] = lambda bag: bag.write(topic, message)
+        self._latched[topic, ""] = lambda bag: bag.write(topic, message)
         self._write(topic, message)
 
     def _write(self, topic: str, message: Any) -> None:
@@ -199,6 +208,12 @@ class RecorderNode:
         if self._bag is not None:
             bag, self._bag = self._bag, None
             bag.close()
+
+
+def _topics() -> list[str]:
+    """What is recorded besides what the meter reads; pictures when they are asked for."""
+    pictures = rospy.get_param("~recorder/picture_topics") if rospy.get_param("~pictures") else []
+    return rospy.get_param("~recorder/topics") + pictures
 
 
 def main() -> None:

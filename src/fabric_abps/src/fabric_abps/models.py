@@ -2,6 +2,7 @@
 """The trained models of one library in one .npz file, read without pickle."""
 
 import os
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -66,6 +67,38 @@ class TrainedModels:
                 "a model file of the library has changed since the training "
                 f"(library {library.hash[:12]}, trained on {self.library_hash[:12]}): train again"
             )
+
+    def part(self, library: Library, types: Sequence[str]) -> "TrainedModels":
+        """The models as they know `types` and the policies of a smaller library, nothing else.
+
+        Means stay as all types and policies have drawn them together. Raises ModelsError naming
+        what they were not trained on.
+        """
+        for name, known in [(n, self.types) for n in types] + [
+            (n, self.policies) for n in library.names
+        ]:
+            if name not in known:
+                raise ModelsError(f"the models were not trained on {name}")
+        places = np.ix_(
+            [self.types.index(name) for name in types],
+            [self.policies.index(name) for name in library.names],
+        )
+        of, seen = self.performance, self.observation
+        return TrainedModels(
+            library.scenario,
+            tuple(types),
+            tuple(library.names),
+            library.hash,
+            self.seed,
+            PerformanceModel(
+                of.count[places],
+                of.mean[places],
+                of.variance[places],
+                of.variance_floor,
+                of.predictive,
+            ),
+            ObservationModel(seen.counts[places], seen.typicality[places], seen.concentration),
+        )
 
     def save(self, path: "str | Path") -> None:
         """Write the file; a reader sees the old one or the new one, never half of it."""

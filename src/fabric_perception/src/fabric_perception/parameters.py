@@ -37,6 +37,9 @@ class ObservationParameters:
     pairing_tolerance: float = setting(
         0.0, "s", 0.0, 0.5, "hands and head seen so far apart are of one moment; 0: equal stamps"
     )
+    joint_percepts: int = setting(
+        1, "percepts", 1, 20, "in a row with the same hands and head before either has changed"
+    )
 
     def __post_init__(self) -> None:
         check_settings(self)

@@ -38,6 +38,16 @@ class CameraSource:
         self._info = info
         return other
 
+    def placed(self) -> bool:
+        """Whether it is known where the camera is whose CameraInfo has come."""
+        if self._info is None:
+            return False
+        try:
+            self._look_up(self._info.header.frame_id)
+        except self._unknown:
+            return False
+        return True
+
     def camera(self, frame: str) -> Camera:
         """Return the camera that takes pictures in this frame.
 

@@ -17,7 +17,9 @@ from typing import Any
 import fabric_planner as fp
 from fabric_abps import Selector
 from fabric_msgs.msg import ContainerArray, SimScene
-from fabric_sim.batch_camera_eyes import Eyes
+from fabric_perception.joint import JointHysteresis
+from fabric_perception.observation_agent import ObservationAgent
+from fabric_sim.batch_camera_eyes import Eyes, observation_parameters
 from fabric_sim.batch_decider import Decider
 from fabric_sim.batch_files import Files
 from fabric_sim.batch_loop import TICKS_LIMIT, HeadlessRun, People, RunSetup
@@ -49,6 +51,9 @@ class CameraRun(HeadlessRun):
         super().__init__(setup, files, staff, decider, True, selector)
         sensors = SensorParameters.load(files.share("fabric_sim") / "config/sensors.yaml")
         self._filmed = FilmedCell(self._cell, setup.seed, sensors)
+        parameters = observation_parameters(files)
+        self._observer = ObservationAgent(parameters)
+        self._joint = JointHysteresis(parameters.joint_percepts)
         self._eyes = Eyes(files, setup.seed)
         planner = files.share("fabric_planner") / "config"
         self._safety = fp.SafetyMonitor(str(planner / "safety.yaml"))
@@ -133,7 +138,9 @@ class CameraRun(HeadlessRun):
             self._settle()
         for pair in sights.pairs:
             if self._cell.running:
-                self._decide(t, self._observer.on_percepts(t, pair.activity, pair.head))
+                reading = self._joint.feed(self._observer.read(pair.activity, pair.head))
+                age = pair.activity.evidence_age
+                self._decide(t, self._observer.on_reading(t, reading, age))
                 self._settle()
 
     def _keep_distance(self, now: float) -> None:

@@ -32,6 +32,7 @@ from fabric_perception.head.helmet import load_helmet
 from fabric_perception.head.parameters import HeadParameters
 from fabric_perception.head.tracker import HeadTracker
 from fabric_perception.pairing import Pair, StampPairing
+from fabric_perception.parameters import ObservationParameters
 from fabric_perception.settings import settings_from
 from fabric_perception.tracking.colours import Palette
 from fabric_perception.tracking.parameters import TrackingParameters
@@ -128,6 +129,16 @@ class Eyes:
         )
         session.use_camera(_camera(self._cameras.cell))
         return session
+
+
+def observation_parameters(files: Files) -> ObservationParameters:
+    """How percepts become observations when cameras see. Raises ValueError naming the file."""
+    own = files.share("fabric_perception") / "config"
+    common = _read(own / "observation.yaml", dict)
+    return _read(
+        own / "observation_camera.yaml",
+        lambda values: settings_from(ObservationParameters, {**common, **values}),
+    )
 
 
 def _recogniser(model: Path, settings: Path, cell: Path) -> GestureRecogniser:

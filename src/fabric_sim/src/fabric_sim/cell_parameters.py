@@ -31,6 +31,7 @@ class CellParameters:
     speed: float = 1.0  # times real time, 0 as fast as possible
     guard: float = 20.0  # s, wall time for others to do their work
     startup_guard: float = 60.0  # s, wall time for others to be there
+    emulator: str = ""  # the link of the emulated arm that moves the cubes, in place of our own
     arm_frames: bool = False  # publish the fixed frames and arm_tcp, for want of a URDF
 
     @classmethod
@@ -50,11 +51,17 @@ class CellParameters:
             speed=reader.number("speed", 0.0, cls.speed),
             guard=reader.number("guard", 0.1, cls.guard),
             startup_guard=reader.number("startup_guard", 0.1, cls.startup_guard),
+            emulator=reader.word("emulator") if "emulator" in values else "",
             arm_frames=reader.flag("arm_frames", cls.arm_frames),
         )
         reader.refuse_unknown(set(cls.__dataclass_fields__))
         if parameters.sensing == CAMERA and not parameters.sensors_file:
             raise ParameterError(f"parameter {node}/sensors_file is missing")
+        if parameters.emulator and parameters.speed == 0.0:
+            raise ParameterError(
+                f"parameter {node}/speed is 0, want more than 0 with an emulated arm: it moves in "
+                "real time"
+            )
         if parameters.human == MANUAL and parameters.speed == 0.0:
             raise ParameterError(
                 f"parameter {node}/speed is 0, want more than 0 with human manual: nobody presses "

@@ -51,12 +51,16 @@ _CAMERA_TABLE = (
     (CELL, "sensors/load_cells", "tracking"),
     (CELL, "conveyor/state", "tracking"),
     ("task", "task/state", "tracking"),
+    ("camera", "cell/camera/rgb/camera_info", "tracking"),
+    ("camera", "head/camera/camera_info", "head"),
     ("camera", "cell/camera/rgb/image_raw", "tracking"),
     ("camera", "cell/camera/depth/image", "tracking"),
     ("camera", "head/camera/image_raw", "head"),
     ("tracking", "human/hand", "gesture motion"),
     ("tracking", "cell/cubes", "gesture"),
 )
+#: Latched: what was sent before its consumer was there is on its way all the same.
+_AWAITED = ("cell/camera/rgb/camera_info", "head/camera/camera_info")
 
 
 def _edges(rows: Iterable[tuple[str, str, str]]) -> tuple[Edge, ...]:
@@ -115,7 +119,8 @@ class Quiescence:
             self._counts[node] = counts
 
     def missing(self, subscribers: Mapping[str, int] | None = None) -> list[str]:
-        """What is not ready yet, as sentences: silent nodes, unconnected topics.
+        """What is not ready yet, as sentences: silent nodes, unconnected topics, cameras of which
+        lens and place are not known to those who take the pictures.
 
         subscribers: how many subscribers of each topic are known to the ROS master. A publisher
         must be connected to all of them, so that a tool which listens too, such as a bag
@@ -127,6 +132,7 @@ class Quiescence:
         words = [self._edge_missing(edge) for edge in self._edges]
         for topic, (publisher, have, want) in self.unconnected(subscribers).items():
             words.append(f"{publisher} has {have} of {want} subscribers of {topic}")
+        words += [self._edge_waiting(edge) for edge in self._edges if edge.topic in _AWAITED]
         return [w for w in words if w]
 
     def unconnected(
@@ -155,10 +161,7 @@ class Quiescence:
         for edge in self._edges:
             behind = self._on_the_way(edge) - self._lost.get(edge, 0)
             if behind > 0:
-                words.append(
-                    f"node {edge.consumer} has not handled {behind} message(s) of {edge.topic} "
-                    f"from {edge.publisher}"
-                )
+                words.append(_unhandled(edge, behind))
             elif behind < 0:
                 words.append(
                     f"node {edge.publisher} has not counted {-behind} message(s) of {edge.topic} "
@@ -173,7 +176,18 @@ class Quiescence:
             return f"node {edge.consumer} does not listen to {edge.topic}"
         return ""
 
+    def _edge_waiting(self, edge: Edge) -> str:
+        behind = self._on_the_way(edge)
+        return _unhandled(edge, behind) if behind > 0 else ""
+
     def _on_the_way(self, edge: Edge) -> int:
         sent = self._counts.get(edge.publisher, Counts()).sent.get(edge.topic, 0)
         handled = self._counts.get(edge.consumer, Counts()).handled.get(edge.topic, 0)
         return sent - handled
+
+
+def _unhandled(edge: Edge, count: int) -> str:
+    return (
+        f"node {edge.consumer} has not handled {count} message(s) of {edge.topic} "
+        f"from {edge.publisher}"
+    )

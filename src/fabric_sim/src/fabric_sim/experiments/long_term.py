@@ -63,6 +63,7 @@ class Plan:
     repeats: int
     library: Path | None
     also: Path | None
+    ablation_orders: int
     ablations: bool
     jobs: int
     as_json: bool
@@ -77,9 +78,9 @@ class Plan:
             name: getattr(given, name) or (quick if given.quick else full)
             for name, (full, quick, _) in SIZES.items()
         }
-        for name in ("orders", "workers"):
+        for name in ("orders", "workers", "ablation_orders"):
             if sizes[name] < 2:
-                parser.error(f"--{name}: 2 or more are needed to compare")
+                parser.error(f"--{_option(name)}: 2 or more are needed to compare")
         for name in ("library", "also"):
             folder = getattr(given, name)
             if folder is not None and not folder.is_dir():
@@ -105,9 +106,14 @@ SIZES = {  # option: default, with --quick, what it counts
     "orders": (20, 3, "orders of people; each has a seed of its own"),
     "people": (10, 3, "people in an order"),
     "tasks": (30, 10, "tasks of a person before another takes over"),
-    "workers": (24, 4, "people that ABPS converges to"),
-    "repeats": (20, 4, "times that it meets each of them anew"),
+    "workers": (20, 4, "people that ABPS converges to"),
+    "repeats": (8, 4, "times that it meets each of them anew"),
+    "ablation_orders": (4, 3, "of the orders, that the ablations run over"),
 }
+
+
+def _option(name: str) -> str:
+    return name.replace("_", "-")
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -117,7 +123,8 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--scenario", choices=SCENARIOS, default=SCENARIOS[0])
     parser.add_argument("--seed", type=positive, default=1, help="of the first order (1)")
     for name, (full, quick, what) in SIZES.items():
-        parser.add_argument(f"--{name}", type=positive, help=f"{what} ({full}; quick: {quick})")
+        about = f"{what} ({full}; quick: {quick})"
+        parser.add_argument(f"--{_option(name)}", type=positive, help=about)
     parser.add_argument(
         "--also", type=Path, metavar="FOLDER", help="POMDPX policies from outside, as baselines"
     )
@@ -196,7 +203,9 @@ def run_study(plan: Plan, base: Strategy) -> Study:
     convergence = run_convergence(context, workers, plan.repeats, plan.tasks, of_workers, plan.jobs)
     ablation: list[AblationResult] = []
     if plan.ablations:
-        ablation = run_ablations(context, adaptation, base, plan.out_dir, plan.jobs)
+        ablation = run_ablations(
+            context, adaptation, base, plan.out_dir, plan.ablation_orders, plan.jobs
+        )
     types = list(base.models.types)
     return Study(plan.scenario, TITLES, types, adaptation, convergence, ablation, refused)
 

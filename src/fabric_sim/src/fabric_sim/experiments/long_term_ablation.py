@@ -1,5 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What ABPS owes to its parts: forgetting, switching inside a task, known types, library size."""
+"""What ABPS owes to its parts: forgetting, switching inside a task, known types, library size.
+
+Each variant differs from ABPS as shipped in one thing, which its label tells. Fewer known types and
+smaller libraries are parts of the shipped models. Libraries of all sizes out of one of 40 are a
+group of their own: that library is built and trained for the purpose with less work than the
+shipped one, so they are to be compared with each other.
+"""
 
 from __future__ import annotations
 
@@ -29,16 +35,20 @@ from fabric_sim.experiments.paired import Comparison, Interval, compare, mean_of
 
 #: Changes to the parameters of the selector: part, variant, values.
 PARAMETERS: tuple[tuple[str, str, dict[str, Any]], ...] = (
-    ("forgetting", "nothing", {"forgetting": 0.0, "change_rate": 0.0}),
-    ("forgetting", ".02 a task, no change detection", {"forgetting": 0.02, "change_rate": 0.0}),
-    ("forgetting", ".10 a task, no change detection", {"forgetting": 0.1, "change_rate": 0.0}),
-    ("forgetting", "change detection only", {"forgetting": 0.0, "change_rate": 0.01}),
+    ("forgetting", "none", {"forgetting": 0.0}),
+    ("forgetting", ".10 a task", {"forgetting": 0.1}),
+    ("change detection", "none", {"change_rate": 0.0}),
+    ("change detection", ".01 false alarms a task", {"change_rate": 0.01}),
+    ("both", "neither forgetting nor detection", {"forgetting": 0.0, "change_rate": 0.0}),
     ("switching", "between tasks only", {"switch_inside": False}),
-    ("switching", "inside too, for .5 points", {"switch_inside": True, "switch_margin": 0.5}),
-    ("switching", "inside too, for .1 points", {"switch_inside": True, "switch_margin": 0.1}),
+    ("switching", "inside too", {"switch_inside": True}),
 )
-TYPES = (4, 8, 16, 32)
-SIZES = (5, 10, 20, 40)
+TYPES = (4, 8, 16)
+SIZES = (5, 10)
+OF_40 = (5, 10, 20, 40)
+TASKS_OF_40 = 30  # of each policy of the library of 40 with each of the 16 corners
+#: How the library of 40 is built: one generation, each candidate looked at less.
+PLAN_OF_40 = {"candidates": 60, "generations": 1, "first": 1, "second": 3}
 
 
 @dataclass(frozen=True)
@@ -109,47 +119,55 @@ def _train(job: Job) -> list[tuple[float, list[int]]]:
     return context.world.training(policy, job.type, job.seed, job.tasks)
 
 
-def type_variants(base: Strategy, training: Training) -> list[Variant]:
-    """Return ABPS with fewer and more known types; each set holds the smaller ones."""
-    return [
-        _retrained(base, "known types", number, training(base.library, known_types(number)))
-        for number in TYPES
-    ]
-
-
-def size_variants(base: Strategy, training: Training, library: Library) -> list[Variant]:
-    """Return ABPS with libraries of all sizes, each chosen out of the largest."""
-    types = known_types(16)
-    largest = training(library, types)
-    dials = np.array([Character.parse(name).dials for name in types])
-    always = [library.names.index(name) for name in ALWAYS]
+def type_variants(base: Strategy) -> list[Variant]:
+    """Return ABPS with fewer known types; each set holds the smaller ones."""
     variants = []
-    for size in (size for size in SIZES if size <= len(library.policies)):
-        chosen = choose(largest.performance.mean.T, dials, size, always)
-        part = Library(library.scenario, tuple(library.policies[i] for i in chosen), library.base)
-        variants.append(_retrained(base, "library size", size, training(part, types), part))
+    for number in TYPES:
+        types = known_types(number)
+        if set(types) < set(base.models.types):
+            models = base.models.part(base.library, types)
+            variants.append(_altered(base, "known types", number, models, base.library))
     return variants
 
 
-def _retrained(
-    base: Strategy, group: str, number: int, models: TrainedModels, library: Library | None = None
+def size_variants(
+    base: Strategy, group: str, models: TrainedModels, library: Library, sizes: Sequence[int]
+) -> list[Variant]:
+    """Return ABPS with libraries of several sizes, each chosen out of `library`, and with the part
+    of `models` that belongs to it. A smaller one begins with a new person as the large one, or,
+    when that policy is not in it, with what earns most in the training.
+    """
+    dials = np.array([Character.parse(name).dials for name in models.types])
+    earned = models.performance.mean.T
+    always = [i for i, name in enumerate(library.names) if name in ALWAYS]
+    variants = []
+    for size in (size for size in sizes if size <= len(library.policies)):
+        chosen = choose(earned, dials, size, always)
+        policies = tuple(library.policies[i] for i in chosen)
+        best = library.names[max(chosen, key=lambda i: earned[i].mean())]
+        first = library.base if library.base in {policy.name for policy in policies} else best
+        part = Library(library.scenario, policies, first)
+        variants.append(_altered(base, group, size, models.part(part, models.types), part))
+    return variants
+
+
+def _altered(
+    base: Strategy, group: str, number: int, models: TrainedModels, library: Library
 ) -> Variant:
-    strategy = replace(
-        base, name=f"{group}: {number}", models=models, library=library or base.library
-    )
+    strategy = replace(base, name=f"{group}: {number}", models=models, library=library)
     return Variant(group, str(number), strategy)
 
 
 def large_library(scenario: str, seed: int, folder: Path, processes: int) -> Library:
-    """Build a library of the largest of SIZES, as the shipped one was built."""
+    """Build a library of the largest of OF_40."""
 
     def spread(work: Callable[[Any], Any], names: Iterable[Any]) -> list[Any]:
         return run_jobs(work, list(names), processes, "ablations: a library of 40")
 
-    plan = batch_library.Plan(scenario, seed, size=max(SIZES))
+    plan = batch_library.Plan(scenario, seed, size=max(OF_40), **PLAN_OF_40)
     built = batch_library.build(plan, folder, spread)
     renamed = tuple(replace(p, name=_unlike_shipped(p.name)) for p in built.policies)
-    return replace(built, policies=renamed)
+    return replace(built, policies=renamed, base=_unlike_shipped(built.base))
 
 
 def _unlike_shipped(name: str) -> str:
@@ -157,13 +175,13 @@ def _unlike_shipped(name: str) -> str:
 
 
 def run_variants(
-    context: Context, study: Adaptation, variants: Sequence[Variant], processes: int
+    context: Context, study: Adaptation, variants: Sequence[Variant], orders: int, processes: int
 ) -> list[AblationResult]:
-    """Run variants over the orders of the study."""
+    """Run variants over the first orders of the study."""
     for variant in variants:
         context.add_strategy(variant.strategy)
     names = [variant.strategy.name for variant in variants]
-    done = run_strategies(context, study.shifts, names, processes, "ablations")
+    done = run_strategies(context, study.shifts[:orders], names, processes, "ablations")
     return [
         AblationResult(
             variant.group,
@@ -175,9 +193,13 @@ def run_variants(
 
 
 def ablation_lines(study: Adaptation, results: Sequence[AblationResult]) -> list[AblationLine]:
-    """Return ABPS as shipped, then every variant compared with it, paired by order."""
-    own = study.per_order(ABPS, "reward")
-    warnings = mean_of(study.per_order(ABPS, "warnings"))
+    """Return ABPS as shipped, then every variant compared with it, paired by order.
+
+    All over the orders that the variants ran over.
+    """
+    orders = min((len(result.figures) for result in results), default=len(study.seeds))
+    own = study.per_order(ABPS, "reward")[:orders]
+    warnings = mean_of(study.per_order(ABPS, "warnings")[:orders])
     lines = [AblationLine("as shipped", "", mean_of(own), warnings, None)]
     place = list(MEASURES).index("warnings")
     for result in results:
@@ -190,13 +212,19 @@ def ablation_lines(study: Adaptation, results: Sequence[AblationResult]) -> list
 
 
 def run_ablations(
-    context: Context, study: Adaptation, base: Strategy, folder: Path, processes: int
+    context: Context,
+    study: Adaptation,
+    base: Strategy,
+    folder: Path,
+    orders: int,
+    processes: int,
 ) -> list[AblationResult]:
-    """Run all ablations. folder: where the library made for them is kept."""
-    tasks = int(base.models.performance.count.max())
-    training = Training(context, tasks, base.models.seed, processes)
-    variants = parameter_variants(base) + type_variants(base, training)
-    scenario = base.library.scenario
-    library = large_library(scenario, base.models.seed, folder / "library_of_40", processes)
-    variants += size_variants(base, Training(context, tasks, base.models.seed, processes), library)
-    return run_variants(context, study, variants, processes)
+    """Run all ablations over the first orders. folder: where the library of 40 is kept."""
+    scenario, seed = base.library.scenario, base.models.seed
+    variants = parameter_variants(base) + type_variants(base)
+    smaller = [size for size in SIZES if size < len(base.library.policies)]
+    variants += size_variants(base, "library size", base.models, base.library, smaller)
+    library = large_library(scenario, seed, folder / "library_of_40", processes)
+    models = Training(context, TASKS_OF_40, seed, processes)(library, known_types(16))
+    variants += size_variants(base, "size, out of 40", models, library, OF_40)
+    return run_variants(context, study, variants, orders, processes)

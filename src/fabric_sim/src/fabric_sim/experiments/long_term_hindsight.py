@@ -17,11 +17,12 @@ import numpy as np
 from fabric_sim.character import Character
 
 #: Halving of the candidates: share of the policies that goes on, shifts more for each.
-ROUNDS = ((1.0, 2), (0.3, 2))
+ROUNDS = ((1.0, 1), (0.25, 1), (0.15, 1))
 SHIFTS_TO_JUDGE = sum(more for _, more in ROUNDS)
 LEAST = 2  # policies of a round
 RIDGE = 0.3  # penalty of the smooth function
 FITS = 5  # of the function and of how far people depart from it, in turn
+SHARED = 10.0  # shifts that all policies together count in the scatter between shifts of one
 
 #: rewards of places (person, policy): mean reward of the shifts numbered from .. to, (n, n_shifts)
 Judge = Callable[[list[tuple[int, int]], int, int], np.ndarray]
@@ -66,13 +67,24 @@ def estimated(
 ) -> np.ndarray:
     """Return the mean reward of each policy with each person, (n_people, n_policies) points.
 
-    sums, squares, counts: of the mean rewards of shifts, of the same shape; counts are 2 or more.
+    sums, squares, counts: of the mean rewards of shifts, of the same shape; counts are 1 or more.
     """
+    features, within = _features(people), _within(sums, squares, counts)
     columns = [
-        _of_policy(_features(people), *(table[:, i] for table in (sums, squares, counts)))
+        _of_policy(features, sums[:, i] / counts[:, i], counts[:, i], within[i])
         for i in range(sums.shape[1])
     ]
     return np.column_stack(columns)
+
+
+def _within(sums: np.ndarray, squares: np.ndarray, counts: np.ndarray) -> np.ndarray:
+    """(n_policies,): variance between shifts of a person; NaN while nobody worked two of them."""
+    scatter = np.maximum(0.0, squares - sums**2 / counts).sum(axis=0)
+    again = (counts - 1.0).sum(axis=0)
+    if again.sum() == 0.0:
+        return np.full(len(again), np.nan)
+    shared = scatter.sum() / again.sum()
+    return (scatter + SHARED * shared) / (again + SHARED)
 
 
 def _features(people: Sequence[Character]) -> np.ndarray:
@@ -83,20 +95,23 @@ def _features(people: Sequence[Character]) -> np.ndarray:
 
 
 def _of_policy(
-    features: np.ndarray, sums: np.ndarray, squares: np.ndarray, counts: np.ndarray
+    features: np.ndarray, mean: np.ndarray, counts: np.ndarray, within: float
 ) -> np.ndarray:
-    mean = sums / counts
-    within = max(0.0, float((squares - counts * mean**2).sum() / (counts - 1.0).sum()))
-    noise = within / counts  # variance of each mean
+    """Return the estimate for everybody. Half of the departures from the smooth function are taken
+    for chance as long as `within` is not known.
+    """
     penalty = RIDGE * np.eye(features.shape[1])
     penalty[0, 0] = 0.0
     own = float(mean.var())  # variance of what is the person's own, first guess
     for _ in range(FITS):
+        noise = (own if math.isnan(within) else within) / counts  # variance of each mean
         weight = 1.0 / np.maximum(own + noise, 1e-9)
         weight /= weight.mean()
         weighted = features * weight[:, None]
         smooth = features @ np.linalg.solve(features.T @ weighted + penalty, weighted.T @ mean)
-        own = max(0.0, float((weight * ((mean - smooth) ** 2 - noise)).mean()))
+        departure = (mean - smooth) ** 2
+        chance = departure / 2.0 if math.isnan(within) else noise
+        own = max(0.0, float((weight * (departure - chance)).mean()))
     total = own + noise
     return smooth + np.divide(own, total, out=np.ones_like(total), where=total > 0) * (
         mean - smooth
