@@ -20,7 +20,7 @@ from std_msgs.msg import Header
 
 from fabric_dobot_driver import Goal, Joints, ToolPose, load_limits
 from fabric_dobot_driver import alarms as alarm_words
-from fabric_dobot_driver.arm_device import ArmDevice
+from fabric_dobot_driver.arm_device import HOMING, ArmDevice
 from fabric_dobot_driver.controller import Controller
 from fabric_dobot_driver.conveyor_device import ConveyorDevice
 from fabric_dobot_driver.events import ArmResult, ArmState, Notice
@@ -161,23 +161,37 @@ class ArmNode:
         rospy.Service("arm/set_suction", SetSuction, self._set_suction)
         rospy.Service("conveyor/set_speed", SetConveyor, self._set_conveyor)
         self._traffic: Traffic | None = None  # beats from the first homing on
-        self._thread = threading.Thread(target=self._controller.run, name="wire", daemon=True)
 
     def run(self) -> None:
-        """Until shutdown: hand on what the devices tell. Then the arm holds, the belt stands."""
-        rospy.on_shutdown(self._controller.close)  # in a signal's handler: it must not wait
-        self._thread.start()
-        belt_at = health_at = time.monotonic()
+        """Until shutdown. Then the arm holds and the belt stands.
+
+        This thread only waits: a signal's handler runs in it, and closes what others publish on.
+        """
+        rospy.on_shutdown(self._controller.close)
+        wire = threading.Thread(target=self._controller.run, name="wire", daemon=True)
+        wire.start()
+        threading.Thread(target=self._tell_on, name="tell", daemon=True).start()
+        rospy.spin()
+        wire.join(HOLDING)
+
+    def _tell_on(self) -> None:
+        """Hand on what the devices tell, and what is due by the clock."""
+        self._belt_at = self._health_at = time.monotonic()
         while not rospy.is_shutdown():
-            self._hand_on(min(belt_at, health_at))
-            now = time.monotonic()
-            if now >= belt_at:
-                belt_at = max(belt_at + BELT_PERIOD, now)
-                self._publish_belt(rospy.Time.now())
-            if now >= health_at:
-                health_at = max(health_at + HEALTH_PERIOD, now)
-                self._publish_health()
-        self._thread.join(HOLDING)
+            try:
+                self._hand_on(min(self._belt_at, self._health_at))
+                self._tell_regularly(time.monotonic())
+            except Exception as error:  # this thread is the node's voice: it goes on
+                if not rospy.is_shutdown():  # a topic that was closed meanwhile is no error
+                    rospy.logerr_throttle(1.0, f"arm: {error!r}")
+
+    def _tell_regularly(self, now: float) -> None:
+        if now >= self._belt_at:
+            self._belt_at = max(self._belt_at + BELT_PERIOD, now)
+            self._publish_belt(rospy.Time.now())
+        if now >= self._health_at:
+            self._health_at = max(self._health_at + HEALTH_PERIOD, now)
+            self._publish_health()
 
     def _hand_on(self, until: float) -> None:
         try:
@@ -254,12 +268,11 @@ class ArmNode:
             self._arm.beat()
 
     def _on_safety(self, message: SafetyState) -> None:
-        """Homing is not the motion node's: a latched stop ends it, and does not let it begin."""
-        stopped = message.state == SafetyState.STOP
-        if stopped and not self._stopped:
+        """Goals are the motion node's to stop. Homing is nobody's, so a stop ends it here."""
+        self._stopped = message.state == SafetyState.STOP
+        if self._stopped and self._arm.moving == HOMING:
             self._arm.halt(f"safety stop: {message.cause}")
             self._controller.wake()
-        self._stopped = stopped
 
     def _home(self, _: object) -> CommandResponse:
         reason = "safety/state says STOP" if self._stopped else self._arm.home()
@@ -309,7 +322,10 @@ def main() -> int:
     try:
         settings = DriverSettings.load(rospy.get_param("~driver", {}))
         node = ArmNode(rospy.get_param("~port"), settings, rospy.get_param("~limits_file"))
-    except (KeyError, ValueError, OSError) as error:
+    except KeyError as error:
+        rospy.logfatal("parameter %s is missing", rospy.resolve_name(error.args[0]))
+        return 2
+    except (TypeError, ValueError, OSError) as error:
         rospy.logfatal("%s: %s", rospy.get_name(), error)
         return 2
     node.run()

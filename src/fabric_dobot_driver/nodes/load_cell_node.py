@@ -110,7 +110,10 @@ def main() -> int:
     rospy.init_node("load_cells")
     try:
         node = LoadCellNode()
-    except (KeyError, TypeError, ValueError) as error:
+    except KeyError as error:
+        rospy.logfatal("parameter %s is missing", rospy.resolve_name(error.args[0]))
+        return 2
+    except (TypeError, ValueError) as error:
         rospy.logfatal("%s: %s", rospy.get_name(), error)
         return 2
     try:
