@@ -114,8 +114,9 @@ def run_job(job: Job) -> list[Done]:
 
 
 def require_pictures(jobs: Sequence[Job]) -> None:
-    """Raise CannotDraw when a job needs pictures and none can be made here: ask before files are
-    written. A process of its own tries it, because graphics do not survive a fork."""
+    """Raise CannotDraw when a job needs pictures and none can be made here, ValueError when a
+    setting of camera or perception is wrong: ask before files are written. A process of its own
+    tries it, because graphics do not survive a fork."""
     if all(job.sensing != CAMERA for job in jobs):
         return
     with ProcessPoolExecutor(1, multiprocessing.get_context("fork")) as pool:
@@ -170,8 +171,7 @@ def results_of(jobs: Sequence[Job], processes: int) -> Iterator[tuple[Job, list[
 
 
 def write(plan: Plan) -> str:
-    """Run everything, write the files, return the summary. Raises CannotDraw before that."""
-    require_pictures(plan.job_list())
+    """Run everything, write the files, return the summary."""
     record = RunRecord(plan.out_dir, {**vars(plan), "seeds": list(plan.seeds), "out_dir": ""})
     results = ResultsWriter(plan.out_dir / "results.csv")
     timing = TimingWriter(plan.out_dir / "timing.csv")
@@ -211,10 +211,11 @@ def main(words: Sequence[str]) -> int:
     """Run the command; return its exit code."""
     plan = Plan.parse(words)
     try:
-        print(write(plan))
-    except CannotDraw as error:
+        require_pictures(plan.job_list())
+    except (CannotDraw, ValueError) as error:
         print(f"fabric: {error}", file=sys.stderr)
         return 2
+    print(write(plan))
     print(f"events   {pack(plan.out_dir / LOG_FILE)}")
     print(f"results  {plan.out_dir / 'results.csv'}")
     return 0
