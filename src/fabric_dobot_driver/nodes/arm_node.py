@@ -68,10 +68,11 @@ class ArmServer(actionlib.ActionServer):
         self.start()
 
     def _on_cancel_message(self, goal_id: GoalID) -> None:
+        number = self._numbers.get(goal_id.id)
         if not goal_id.id and goal_id.stamp == rospy.Time():
             self._arm.halt("everything was cancelled")
-        elif goal_id.id in self._numbers:
-            self._arm.cancel(self._numbers[goal_id.id])
+        elif number is not None:
+            self._arm.cancel(number)
         self._wake()
 
     def internal_cancel_callback(self, goal_id: GoalID) -> None:
@@ -296,9 +297,11 @@ class ArmNode:
         return SetConveyorResponse(not reason, reason)
 
     def _ask(self, act: Callable[[Wire], None]) -> str:
+        answer = self._controller.ask(act)
         try:
-            return self._controller.ask(act).result(PATIENCE)
+            return answer.result(PATIENCE)
         except NotInTime:
+            answer.cancel()
             return "the arm does not answer"
 
 

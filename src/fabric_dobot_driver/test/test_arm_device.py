@@ -413,3 +413,24 @@ def test_suction_acts_at_once_while_the_arm_moves():
     assert asked.result() == ""
     assert bench.fake.sucks
     assert bench.arm.moving == 1
+
+
+def test_a_command_that_nobody_waits_for_any_more_does_not_happen():
+    bench = Bench.homed()
+    asked = bench.controller.ask(lambda wire: wire.suction(True))
+    assert asked.cancel()
+    bench.run(0.5)
+    assert not bench.fake.sucks
+
+
+def test_commands_under_way_are_answered_when_the_arm_goes():
+    bench = Bench.homed()
+    bench.fake.missing = True
+    asked = [bench.controller.ask(lambda wire: wire.suction(True)) for _ in range(3)]
+    asked[1].cancel()
+    bench.until(asked[2].done)
+    assert asked[0].result() == asked[2].result() == "the port is gone"
+    bench.fake.missing = False
+    bench.until(lambda: bench.arm.connected)
+    bench.run(0.5)
+    assert not bench.fake.sucks

@@ -75,7 +75,10 @@ class Controller:
             self._woken.notify_all()
 
     def ask(self, act: Act) -> "Future[str]":
-        """Have an exchange carried out; the future holds why not, or an empty word."""
+        """Have an exchange carried out; the future holds why not, or an empty word.
+
+        Cancel the future when nobody waits any more: what comes too late is not to happen.
+        """
         future: Future[str] = Future()
         if not self._arm.connected:
             future.set_result("the arm is not connected")
@@ -163,7 +166,7 @@ class Controller:
         self._arm.on_lost(reason)
         self._belt.on_lost()
         while self._jobs:
-            self._jobs.popleft()[1].set_result(reason)
+            self._answer(self._jobs.popleft()[1], reason)
         self._trouble(reason)
 
     def _trouble(self, reason: str) -> None:
@@ -172,6 +175,8 @@ class Controller:
         self.trouble = reason
 
     def _job(self) -> Act | None:
+        while self._jobs and self._jobs[0][1].cancelled():
+            self._jobs.popleft()
         if not self._jobs:
             return None
         act, future = self._jobs[0]
@@ -179,9 +184,14 @@ class Controller:
         def job(wire: Wire) -> None:
             act(wire)
             self._jobs.popleft()
-            future.set_result("")
+            self._answer(future, "")
 
         return job
+
+    @staticmethod
+    def _answer(future: "Future[str]", reason: str) -> None:
+        if future.set_running_or_notify_cancel():
+            future.set_result(reason)
 
     def _look(self) -> Act | None:
         """The look that is overdue most."""

@@ -61,8 +61,9 @@ class ConveyorDevice:
 
     def on_open(self) -> None:
         """The port is open and was told everything."""
-        self.connected = True
+        self._wanted = (0.0, False)
         self._told = 0
+        self.connected = True
 
     def on_lost(self) -> None:
         """The controller is gone; the belt does not start by itself when it is back."""
