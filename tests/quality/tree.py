@@ -13,6 +13,7 @@ PACKAGES = {path.parent.name: path.parent for path in sorted(ROOT.glob("src/*/pa
     "fabric_bringup": ROOT / "launch",
     "fabric_tests": ROOT / "tests",
 }
+SHARED = {"arm_action", "traffic"}
 LEFT_OUT = {"__pycache__", ".hypothesis", ".pytest_cache", ".ruff_cache"}
 
 
@@ -27,8 +28,8 @@ def files(*suffixes: str, tops: tuple[str, ...] = TOPS) -> list[Path]:
 
 
 def is_node(path: Path) -> bool:
-    """Nodes lie in a folder `nodes` or are named *_node; `traffic` is the part they share."""
-    return "nodes" in path.parts or path.stem.endswith("_node") or path.stem == "traffic"
+    """Nodes lie in a folder `nodes` or are named *_node; SHARED is the part they share."""
+    return "nodes" in path.parts or path.stem.endswith("_node") or path.stem in SHARED
 
 
 def core_modules(package: str) -> list[str]:

@@ -18,21 +18,22 @@ from geometry_msgs.msg import Point, Pose, PoseStamped, Quaternion
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
 
-from fabric_dobot_driver import Goal, Joints, ToolPose, load_limits
+from fabric_dobot_driver import Joints, Limits, Refusal, ToolPose, load_limits
 from fabric_dobot_driver import alarms as alarm_words
-from fabric_dobot_driver.arm_device import HOMING, ArmDevice
+from fabric_dobot_driver.arm_device import HOMING, OUTCOMES, ArmDevice
 from fabric_dobot_driver.controller import Controller
 from fabric_dobot_driver.conveyor_device import ConveyorDevice
 from fabric_dobot_driver.events import ArmResult, ArmState, Notice
+from fabric_dobot_driver.goals import asked
+from fabric_dobot_driver.limits import Fault
 from fabric_dobot_driver.link import SerialLink
 from fabric_dobot_driver.settings import DriverSettings
 from fabric_dobot_driver.wire import Wire
+from fabric_msgs.arm_action import MoveArmServer
 from fabric_msgs.msg import (
     ConveyorState,
     Heartbeat,
-    MoveArmAction,
     MoveArmFeedback,
-    MoveArmResult,
     SafetyState,
 )
 from fabric_msgs.srv import (
@@ -46,25 +47,23 @@ from fabric_msgs.srv import (
 from fabric_msgs.traffic import Traffic
 
 BASE = "arm_base_link"
-REFUSED = (MoveArmResult.INVALID, MoveArmResult.UNREACHABLE)
 BELT_PERIOD = 0.1  # s between conveyor/state
 HEALTH_PERIOD = 1.0  # s between diagnostics
 HOLDING = 2.0  # s that the last two frames may take
 PATIENCE = 1.0  # s that a service waits for the arm to answer
 
 
-class ArmServer(actionlib.ActionServer):
+class ArmServer(MoveArmServer):
     """Serves `arm/move`. A cancellation reaches the arm before the action library sees it."""
 
-    def __init__(self, arm: ArmDevice, wake: Callable[[], None]) -> None:
-        self._arm, self._wake = arm, wake
+    def __init__(self, arm: ArmDevice, limits: Limits, wake: Callable[[], None]) -> None:
+        self._arm, self._limits, self._wake = arm, limits, wake
         self._handles: dict[int, actionlib.ServerGoalHandle] = {}
         self._numbers: dict[str, int] = {}  # the arm's number of a goal's id
-        self._early: set[str] = set()  # ids of goals whose cancellation overtook them
         self._last = 0
         # rospy calls the subscribers of a topic in their order, each topic in its own thread
         rospy.Subscriber("arm/move/cancel", GoalID, self._on_cancel_message, tcp_nodelay=True)
-        super().__init__("arm/move", MoveArmAction, self._on_goal, self._on_cancel, False)
+        super().__init__()
         self.start()
 
     def _on_cancel_message(self, goal_id: GoalID) -> None:
@@ -75,61 +74,39 @@ class ArmServer(actionlib.ActionServer):
             self._arm.cancel(number)
         self._wake()
 
-    def internal_cancel_callback(self, goal_id: GoalID) -> None:
-        """Keep a cancellation that overtook its goal: the library would answer for the arm."""
-        with self.lock:
-            known = any(entry.status.goal_id.id == goal_id.id for entry in self.status_list)
-            if goal_id.id and not known:
-                self._early.add(goal_id.id)
-                return
-        super().internal_cancel_callback(goal_id)
-
     def finish(self, result: ArmResult) -> None:
         """Tell the client how its goal ended."""
         with self.lock:
             handle = self._handles.pop(result.number)
             del self._numbers[handle.get_goal_id().id]
-            message = MoveArmResult(result.outcome, result.reason)
-            if result.outcome in REFUSED:
-                handle.set_rejected(message, result.reason)
-                return
-            self._accept(handle)
-            if result.outcome == MoveArmResult.REACHED:
-                handle.set_succeeded(message)
-            elif result.outcome == MoveArmResult.PRE_EMPTED:
-                handle.set_canceled(message, result.reason)
-            else:
-                handle.set_aborted(message, result.reason)
+            self.end(handle, result.outcome, result.reason)
 
     def report(self, state: ArmState) -> None:
         """Say how far the goal is."""
         with self.lock:
             handle = self._handles.get(state.number)
             if handle is not None:
-                self._accept(handle)
+                self.accept(handle)
                 handle.publish_feedback(MoveArmFeedback(pose_of(state.pose), state.remaining))
 
-    @staticmethod
-    def _accept(handle: actionlib.ServerGoalHandle) -> None:
-        if handle.get_goal_status().status == actionlib.GoalStatus.PENDING:
-            handle.set_accepted()
-
-    def _on_goal(self, handle: actionlib.ServerGoalHandle) -> None:
-        goal, key = handle.get_goal(), handle.get_goal_id().id
-        if goal.number == 0:
-            reason = "goal number 0 is not allowed"
-            handle.set_rejected(MoveArmResult(MoveArmResult.INVALID, reason), reason)
-            return
+    def on_goal(self, handle: actionlib.ServerGoalHandle) -> bool:
+        """As MoveArmServer.on_goal."""
+        message = handle.get_goal()
+        wanted = asked(message, self._limits)
+        if message.number == 0:
+            wanted = Refusal(Fault.INVALID, "goal number 0 is not allowed")
+        if isinstance(wanted, Refusal):
+            self.end(handle, OUTCOMES[wanted.fault], wanted.reason)
+            return False
         self._last += 1
-        self._handles[self._last], self._numbers[key] = handle, self._last
-        self._arm.move(self._last, goal_of(goal))
-        if key in self._early:
-            self._early.remove(key)
-            handle.set_cancel_requested()
-            self._on_cancel(handle)
+        self._handles[self._last] = handle
+        self._numbers[handle.get_goal_id().id] = self._last
+        self._arm.move(self._last, wanted)
         self._wake()
+        return True
 
-    def _on_cancel(self, handle: actionlib.ServerGoalHandle) -> None:
+    def on_cancel(self, handle: actionlib.ServerGoalHandle) -> None:
+        """As MoveArmServer.on_cancel."""
         number = self._numbers.get(handle.get_goal_id().id)
         if number is not None:
             self._arm.cancel(number)
@@ -142,7 +119,8 @@ class ArmNode:
     def __init__(self, port: str, settings: DriverSettings, limits_file: str) -> None:
         self._events: queue.Queue[tuple[rospy.Time, object]] = queue.Queue()
         tell, clock = self._tell, time.monotonic
-        self._arm = ArmDevice(load_limits(limits_file), settings, clock, tell)
+        limits = load_limits(limits_file)
+        self._arm = ArmDevice(limits, settings, clock, tell)
         self._belt = ConveyorDevice(settings, clock, tell)
         link = SerialLink(port, settings.reply_timeout)
         self._controller = Controller(link, self._arm, self._belt, settings, tell)
@@ -154,7 +132,7 @@ class ArmNode:
         self._tcp = rospy.Publisher("arm/tcp", PoseStamped, queue_size=10)
         self._conveyor = rospy.Publisher("conveyor/state", ConveyorState, queue_size=10)
         self._health = rospy.Publisher("/diagnostics", DiagnosticArray, queue_size=10)
-        self._server = ArmServer(self._arm, self._controller.wake)
+        self._server = ArmServer(self._arm, limits, self._controller.wake)
         rospy.Subscriber("heartbeat", Heartbeat, self._on_heartbeat, tcp_nodelay=True)
         rospy.Subscriber("safety/state", SafetyState, self._on_safety, tcp_nodelay=True)
         rospy.Service("arm/home", Command, self._home)
@@ -310,13 +288,6 @@ def pose_of(pose: ToolPose) -> Pose:
     half = 0.5 * pose.yaw
     turn = Quaternion(0.0, 0.0, math.sin(half), math.cos(half))
     return Pose(Point(pose.x, pose.y, pose.z), turn)
-
-
-def goal_of(message: object) -> Goal:
-    """The goal of an action's message."""
-    q, p = message.pose.orientation, message.pose.position
-    yaw = math.atan2(2.0 * (q.w * q.z + q.x * q.y), 1.0 - 2.0 * (q.y * q.y + q.z * q.z))
-    return Goal(ToolPose(p.x, p.y, p.z, yaw), message.speed, message.settle)
 
 
 def main() -> int:

@@ -11,6 +11,7 @@ import unittest
 from pathlib import Path
 
 import actionlib
+import numpy as np
 import rospy
 import rostest
 from diagnostic_msgs.msg import DiagnosticArray
@@ -97,6 +98,15 @@ class ArmTest(unittest.TestCase):
         self.send(0.22, 0.05, 0.08)
         self.assertEqual(self.result().outcome, MoveArmResult.REACHED)
         self.assertLess(math.dist(self.state()["pose"][:3], (220.0, 50.0, 80.0)), 0.01)
+
+    def test_it_goes_to_joint_angles_too(self):
+        self.ready()
+        type(self).number += 1
+        angles = (0.3, 0.5, 0.6, -0.2)
+        self.client.send_goal(MoveArmGoal(number=self.number, speed=0.1, joints=angles))
+        self.assertEqual(self.result().outcome, MoveArmResult.REACHED)
+        there = 1e3 * np.array(forward(Joints(*angles))[:3])
+        self.assertLess(math.dist(self.state()["pose"][:3], there), 0.01)
 
     def test_joints_and_tool_tell_the_same_place(self):
         self.ready()

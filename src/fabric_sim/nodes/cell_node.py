@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The pretend cell as a node: devices' topics, the arm's action, the simulated clock."""
 
-import math
 import sys
 import threading
 import time
@@ -19,12 +18,11 @@ from geometry_msgs.msg import PoseStamped
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 
+from fabric_msgs.arm_action import MoveArmServer
 from fabric_msgs.msg import (
     Heartbeat,
-    MoveArmAction,
     MoveArmActionGoal,
     MoveArmFeedback,
-    MoveArmResult,
     RobotActionState,
     TaskState,
 )
@@ -40,7 +38,8 @@ from fabric_msgs.srv import (
 )
 from fabric_msgs.traffic import Traffic, introduce
 from fabric_sim import frames, reports
-from fabric_sim.arm import JOINT_NAMES, ArmResult, goal_of
+from fabric_sim.arm import JOINT_NAMES, ArmResult
+from fabric_sim.arm_goals import taken
 from fabric_sim.camera.filmed import TOPICS, FilmedCell, SensorParameters
 from fabric_sim.cell import Cell, CellConfig, Stimulus
 from fabric_sim.cell_parameters import CAMERA, MANUAL, CellParameters
@@ -54,18 +53,18 @@ from fabric_sim.staff import Staff
 from fabric_sim.topics import CANCEL, COUNTED, DEVICES, GOAL, LATCHED, RESULT
 
 PATIENCE = 3.0  # s, wall time that a connection may take before its subscribers are told again
-REFUSED = (MoveArmResult.INVALID, MoveArmResult.UNREACHABLE)
 
 
-class ArmServer(actionlib.ActionServer):
-    """Serves `arm/move` and counts goals, cancellations and results; never waits."""
+class ArmServer(MoveArmServer):
+    """Serves `arm/move` and counts goals, cancellations and results."""
 
-    def __init__(self, traffic: Traffic, cell: Cell, handled: Callable[[str], None]) -> None:
+    def __init__(
+        self, traffic: Traffic, cell: Cell, config: CellConfig, handled: Callable[[str], None]
+    ) -> None:
         self._traffic = traffic
-        self._cell = cell
+        self._cell, self._limits = cell, config.limits
         self._handles: dict[int, actionlib.ServerGoalHandle] = {}
-        self._early: set[str] = set()  # ids of goals whose cancellation overtook them
-        super().__init__("arm/move", MoveArmAction, self._on_goal, self._on_cancel, False)
+        super().__init__()
         self.lock = traffic.lock  # one lock: callbacks and the main loop take both in any order
         # rospy calls the subscribers of a topic in their order: the server, then the count. The
         # first ones only ask for a connection without delay.
@@ -78,18 +77,6 @@ class ArmServer(actionlib.ActionServer):
         rospy.Subscriber(GOAL, MoveArmActionGoal, lambda _: handled(GOAL))
         rospy.Subscriber(CANCEL, GoalID, lambda _: handled(CANCEL))
 
-    def internal_cancel_callback(self, goal_id: GoalID) -> None:
-        """Keep a cancellation that overtook its goal, so that both act in the same tick.
-
-        The action library would answer at once, with a result that nobody filled in.
-        """
-        with self.lock:
-            known = any(entry.status.goal_id.id == goal_id.id for entry in self.status_list)
-            if goal_id.id and not known:
-                self._early.add(goal_id.id)
-                return
-        super().internal_cancel_callback(goal_id)
-
     def publish_result(self, status, result) -> None:
         """Count every result, also those that the action library sends by itself."""
         self._traffic.sent(RESULT)
@@ -98,48 +85,32 @@ class ArmServer(actionlib.ActionServer):
     def finish(self, result: ArmResult) -> None:
         """Tell the client how its goal ended."""
         handle = self._handles.pop(result.number, None)
-        if handle is None:
-            return
-        message = MoveArmResult(result.outcome, result.reason)
-        if result.outcome in REFUSED:
-            handle.set_rejected(message, result.reason)
-            return
-        if handle.get_goal_status().status == actionlib.GoalStatus.PENDING:
-            handle.set_accepted()
-        if result.outcome == MoveArmResult.REACHED:
-            handle.set_succeeded(message)
-        elif result.outcome == MoveArmResult.PRE_EMPTED:
-            handle.set_canceled(message, result.reason)
-        else:
-            handle.set_aborted(message, result.reason)
+        if handle is not None:
+            self.end(handle, result.outcome, result.reason)
 
     def report(self) -> None:
         """Accept what began to move, and publish how far it is."""
         handle = self._handles.get(self._cell.arm.number)
         if handle is None:
             return
-        if handle.get_goal_status().status == actionlib.GoalStatus.PENDING:
-            handle.set_accepted()
+        self.accept(handle)
         arm = self._cell.arm
         pose = reports.pose(Point(*arm.pose[:3]), arm.pose.yaw)
         handle.publish_feedback(MoveArmFeedback(pose, arm.remaining))
 
-    def _on_goal(self, handle: actionlib.ServerGoalHandle) -> None:
-        goal = handle.get_goal()
-        if goal.number == 0 or goal.number in self._handles:
-            reason = f"goal number {goal.number} is {'in use' if goal.number else 'not allowed'}"
-            handle.set_rejected(MoveArmResult(MoveArmResult.INVALID, reason), reason)
-            return
-        self._handles[goal.number] = handle
-        q, p = goal.pose.orientation, goal.pose.position
-        yaw = math.atan2(2.0 * (q.w * q.z + q.x * q.y), 1.0 - 2.0 * (q.y * q.y + q.z * q.z))
-        self._cell.move(goal.number, goal_of((p.x, p.y, p.z), yaw, goal.speed, goal.settle))
-        if handle.get_goal_id().id in self._early:
-            self._early.remove(handle.get_goal_id().id)
-            handle.set_cancel_requested()
-            self._on_cancel(handle)
+    def on_goal(self, handle: actionlib.ServerGoalHandle) -> bool:
+        """As MoveArmServer.on_goal."""
+        message = handle.get_goal()
+        goal = taken(message, self._limits, self._handles)
+        if isinstance(goal, ArmResult):
+            self.end(handle, goal.outcome, goal.reason)
+            return False
+        self._handles[message.number] = handle
+        self._cell.move(message.number, goal)
+        return True
 
-    def _on_cancel(self, handle: actionlib.ServerGoalHandle) -> None:
+    def on_cancel(self, handle: actionlib.ServerGoalHandle) -> None:
+        """As MoveArmServer.on_cancel."""
         self._cell.cancel(handle.get_goal().number)
 
 
@@ -150,6 +121,7 @@ class CellNode:
         self, config: CellConfig, staff: Staff | ManualStaff, parameters: CellParameters
     ) -> None:
         cell = self._cell = Cell(config, staff.worker(1), parameters.seed)
+        self._config = config
         self._staff = staff
         self._parameters = parameters
         self._filmed = parameters.sensing == CAMERA
@@ -250,7 +222,7 @@ class CellNode:
             name: publisher(name, kind, name in LATCHED) for name, kind in self._topics.items()
         }
         if not self._emulated:
-            self._arm = ArmServer(self._traffic, self._cell, self._handled)
+            self._arm = ArmServer(self._traffic, self._cell, self._config, self._handled)
             self._joint_states = rospy.Publisher("arm/joint_states", JointState, queue_size=10)
             self._tcp = publisher("arm/tcp", PoseStamped)
         self._clock = rospy.Publisher("/clock", Clock, queue_size=10)
