@@ -36,6 +36,7 @@ from fabric_msgs.msg import (
     MoveArmFeedback,
     SafetyState,
 )
+from fabric_msgs.settings import settings_from
 from fabric_msgs.srv import (
     Command,
     CommandResponse,
@@ -294,7 +295,7 @@ def main() -> int:
     """Run until Ctrl-C (0) or a bad parameter (2)."""
     rospy.init_node("arm")
     try:
-        settings = DriverSettings.load(rospy.get_param("~driver", {}))
+        settings = settings_from(DriverSettings, rospy.get_param("~driver", {}))
         node = ArmNode(rospy.get_param("~port"), settings, rospy.get_param("~limits_file"))
     except KeyError as error:
         rospy.logfatal("parameter %s is missing", rospy.resolve_name(error.args[0]))

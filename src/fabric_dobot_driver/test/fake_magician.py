@@ -16,6 +16,7 @@ from fabric_dobot_driver.events import ArmResult, ArmState, BeltState, Notice
 from fabric_dobot_driver.limits import Goal
 from fabric_dobot_driver.link import LinkLost, NoAnswer
 from fabric_dobot_driver.settings import DriverSettings
+from fabric_msgs.settings import settings_from
 
 LIMITS = load_limits(Path(__file__).resolve().parents[1] / "config" / "magician.yaml")
 START = ToolPose(0.220, 0.050, 0.060, 0.0)
@@ -163,7 +164,7 @@ class Bench:
 
     def __init__(self, **settings: float) -> None:
         self.fake = FakeMagician()
-        self.settings = DriverSettings.load(settings)
+        self.settings = settings_from(DriverSettings, settings)
         self.told: list[object] = []
         self.alive = True  # the motion node
         clock, tell = lambda: self.fake.now, self.told.append

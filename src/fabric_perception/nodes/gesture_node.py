@@ -6,6 +6,7 @@ import rospy
 from std_msgs.msg import Header
 
 from fabric_msgs.msg import CubeArray, HandState, HumanActivity
+from fabric_msgs.settings import settings_from
 from fabric_msgs.traffic import Traffic
 from fabric_perception.gestures.model_file import TrainedGestures, load
 from fabric_perception.gestures.places import in_cell
@@ -15,7 +16,6 @@ from fabric_perception.gestures.recogniser import (
     RecogniserParameters,
 )
 from fabric_perception.pairing import Pair, StampPairing
-from fabric_perception.settings import settings_from
 
 FRAME = "cell"
 

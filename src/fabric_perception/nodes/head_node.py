@@ -9,6 +9,7 @@ from sensor_msgs.msg import CameraInfo, Image
 from tf2_msgs.msg import TFMessage
 
 from fabric_msgs.msg import HeadState
+from fabric_msgs.settings import settings_from
 from fabric_msgs.traffic import PICTURES, Traffic
 from fabric_perception.camera import Camera
 from fabric_perception.camera_poses import PARENT, quaternion_of
@@ -18,7 +19,6 @@ from fabric_perception.head.parameters import HeadParameters
 from fabric_perception.head.tracker import HeadPercept, HeadTracker
 from fabric_perception.images import colour_of, fill, grey_of
 from fabric_perception.picture_input import CameraSource, PictureTimes, StampError
-from fabric_perception.settings import settings_from
 
 IMAGE, INFO = "head/camera/image_raw", "head/camera/camera_info"
 OVERLAY = "head/camera/overlay"

@@ -7,12 +7,12 @@ from typing import Any
 import rospy
 
 from fabric_msgs.msg import HeadState, HumanActivity, Observation, TaskEvent, TaskState
+from fabric_msgs.settings import settings_from
 from fabric_msgs.traffic import Traffic
 from fabric_perception.joint import JointHysteresis
 from fabric_perception.observation_agent import ObservationAgent
 from fabric_perception.pairing import Pair, StampPairing
 from fabric_perception.parameters import ObservationParameters
-from fabric_perception.settings import settings_from
 
 
 class ObservationNode:

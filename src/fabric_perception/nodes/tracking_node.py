@@ -19,11 +19,11 @@ from fabric_msgs.msg import (
     LoadCellReadings,
     TaskState,
 )
+from fabric_msgs.settings import settings_from
 from fabric_msgs.traffic import PICTURES, Traffic
 from fabric_perception.camera_poses import PARENT
 from fabric_perception.images import colour_of, depth_of, fill
 from fabric_perception.picture_input import CameraSource, PictureTimes
-from fabric_perception.settings import settings_from
 from fabric_perception.tracking.colours import Palette
 from fabric_perception.tracking.health import Health
 from fabric_perception.tracking.overlay import draw_overlay

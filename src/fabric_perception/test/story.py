@@ -4,7 +4,7 @@
 import numpy as np
 from drawn import GREY, Painter, camera, palette, workspace
 
-from fabric_perception.settings import settings_from
+from fabric_msgs.settings import settings_from
 from fabric_perception.tracking.carriers import Signals
 from fabric_perception.tracking.parameters import TrackingParameters
 from fabric_perception.tracking.pipeline import Tracking

@@ -10,13 +10,13 @@ import pytest
 import yaml
 from head_scene import CONFIG, HEAD, HELMET, camera, head
 
+from fabric_msgs.settings import settings_from
 from fabric_perception.head.helmet import Helmet
 from fabric_perception.head.looking import LookingAround, offsets
 from fabric_perception.head.parameters import HeadParameters
 from fabric_perception.head.picture import Optics, helmet_picture
 from fabric_perception.head.tracker import HeadTracker
 from fabric_perception.images import ImageError
-from fabric_perception.settings import settings_from
 
 WORK = np.array((0.30, 0.0, 0.10))
 TURN = 1.1  # rad, of a head that looks around

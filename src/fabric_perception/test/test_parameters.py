@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 import yaml
 
+from fabric_msgs.settings import settings_from, settings_table
 from fabric_perception.parameters import ObservationParameters
-from fabric_perception.settings import settings_from, settings_table
 
 PACKAGE = Path(__file__).resolve().parents[1]
 

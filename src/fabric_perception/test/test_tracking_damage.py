@@ -9,7 +9,7 @@ import pytest
 from drawn import CELL, Painter, camera, palette, workspace
 
 from fabric_msgs.msg import Cube
-from fabric_perception.settings import settings_from
+from fabric_msgs.settings import settings_from
 from fabric_perception.tracking.health import ERROR, OK, WARN, Health
 from fabric_perception.tracking.images import ImageError
 from fabric_perception.tracking.parameters import TrackingParameters

@@ -1,17 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Settings of the driver: one place for default, unit, range and meaning of each."""
 
-import math
-from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
-from typing import Any
+from dataclasses import dataclass
 
 from fabric_dobot_driver.kinematics import ToolPose
-
-
-def setting(default: Any, unit: str, low: float, high: float, text: str) -> Any:
-    """A field that has to lie in low..high."""
-    return field(default=default, metadata={"unit": unit, "range": (low, high), "text": text})
+from fabric_msgs.settings import check_settings, setting
 
 
 @dataclass(frozen=True)
@@ -43,44 +36,9 @@ class DriverSettings:
     infrared_clear: float = setting(0.1, "s", 0.0, 2.0, "of a free beam before the belt goes on")
 
     def __post_init__(self) -> None:
-        for item in fields(self):
-            _check(item.name, getattr(self, item.name), item.metadata["range"], type(item.default))
+        check_settings(self)
 
     @property
     def home(self) -> ToolPose:
         """Where homing ends."""
         return ToolPose(self.home_x, self.home_y, self.home_z, 0.0)
-
-    @classmethod
-    def load(cls, values: Mapping[str, Any]) -> "DriverSettings":
-        """Settings with these values; the others keep their defaults.
-
-        Raises ValueError naming an unknown name or a bad value.
-        """
-        known = [item.name for item in fields(cls)]
-        for name in values:
-            if name not in known:
-                raise ValueError(f"unknown parameter {name!r}; known are {', '.join(known)}")
-        return cls(**values)
-
-
-def settings_table() -> str:
-    """The Markdown table of the settings for the README."""
-    lines = ["| parameter | default | unit | range | meaning |", "| --- | --- | --- | --- | --- |"]
-    for item in fields(DriverSettings):
-        low, high = item.metadata["range"]
-        lines.append(
-            f"| `{item.name}` | {item.default:g} | {item.metadata['unit']} | {low:g}..{high:g} "
-            f"| {item.metadata['text']} |"
-        )
-    return "\n".join(lines)
-
-
-def _check(name: str, value: Any, bounds: tuple[float, float], kind: type) -> None:
-    number = isinstance(value, int | float) and not isinstance(value, bool)
-    if not number or (kind is int and not isinstance(value, int)):
-        raise ValueError(f"{name} is {value!r}; it must be a {kind.__name__}")
-    if not math.isfinite(value):
-        raise ValueError(f"{name} is {value}; it must be finite")
-    if not bounds[0] <= value <= bounds[1]:
-        raise ValueError(f"{name} is {value}; it must lie in {bounds[0]:g}..{bounds[1]:g}")

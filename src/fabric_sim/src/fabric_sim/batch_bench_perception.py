@@ -23,13 +23,13 @@ import cv2
 import numpy as np
 import yaml
 
+from fabric_msgs.settings import settings_from
 from fabric_perception.camera import Camera
 from fabric_perception.gestures.model_file import load
 from fabric_perception.gestures.recogniser import GestureRecogniser, RecogniserParameters
 from fabric_perception.head import bench as head_bench
 from fabric_perception.head.helmet import load_helmet
 from fabric_perception.head.parameters import HeadParameters
-from fabric_perception.settings import settings_from
 from fabric_perception.tracking.bench import measure as measure_tracking
 from fabric_perception.tracking.colours import Palette
 from fabric_perception.tracking.parameters import TrackingParameters

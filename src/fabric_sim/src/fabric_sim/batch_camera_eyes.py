@@ -20,6 +20,7 @@ import yaml
 from std_msgs.msg import Header
 
 from fabric_msgs.msg import ContainerArray, CubeArray, HandState, SimScene
+from fabric_msgs.settings import settings_from
 from fabric_perception.camera import Camera
 from fabric_perception.camera_poses import PARENT
 from fabric_perception.gestures import model_file, places
@@ -33,7 +34,6 @@ from fabric_perception.head.parameters import HeadParameters
 from fabric_perception.head.tracker import HeadTracker
 from fabric_perception.pairing import Pair, StampPairing
 from fabric_perception.parameters import ObservationParameters
-from fabric_perception.settings import settings_from
 from fabric_perception.tracking.colours import Palette
 from fabric_perception.tracking.parameters import TrackingParameters
 from fabric_perception.tracking.session import TrackingSession

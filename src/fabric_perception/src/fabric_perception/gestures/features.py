@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
+from fabric_msgs.settings import check_settings, setting
 from fabric_perception.gestures.checks import Array
 from fabric_perception.gestures.recording import Recording
-from fabric_perception.settings import check_settings, setting
 
 KINDS = ("relative", "thesis")
 AXES = "xyz"

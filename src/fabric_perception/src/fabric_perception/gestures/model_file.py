@@ -16,10 +16,10 @@ from typing import Any, NamedTuple
 import numpy as np
 import yaml
 
+from fabric_msgs.settings import settings_from
 from fabric_perception.gestures.features import FeatureSettings
 from fabric_perception.gestures.model import GestureModel
 from fabric_perception.gestures.settings import ScoreSettings
-from fabric_perception.settings import settings_from
 
 FORMAT = "fabric-gestures"
 VERSION = 1

@@ -9,13 +9,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fabric_msgs.msg import Cube
+from fabric_msgs.settings import check_settings, setting
 from fabric_perception.gestures.checks import Array
 from fabric_perception.gestures.features import FeatureExtractor
 from fabric_perception.gestures.model_file import TrainedGestures
 from fabric_perception.gestures.recording import LABELS
 from fabric_perception.gestures.scoring import StreamingScore
 from fabric_perception.gestures.warning_road import WarningRoad
-from fabric_perception.settings import check_settings, setting
 
 NOTHING_KNOWN = np.full(len(LABELS), 1.0 / len(LABELS))
 NEW_TIME = 2.0  # s; time that jumps back further begins anew, as when a bag is played again

@@ -3,7 +3,7 @@
 
 from dataclasses import dataclass
 
-from fabric_perception.settings import check_settings, setting
+from fabric_msgs.settings import check_settings, setting
 
 
 @dataclass(frozen=True)
