@@ -2,6 +2,7 @@
 """The headless loop on pictures: cell, cameras, perception and robot in one process."""
 
 import shutil
+import subprocess
 import sys
 
 import pytest
@@ -133,13 +134,23 @@ def test_without_a_renderer_a_batch_ends_before_it_writes_anything(tmp_path, cap
     assert not (tmp_path / "run").exists()
 
 
-def test_a_batch_on_pictures_ends_with_its_results(tmp_path, capsys):
-    assert batch.main(words(tmp_path / "run", "sensing:=camera")) == 0
+def test_a_batch_on_pictures_ends_with_its_results(tmp_path):
+    command = [sys.executable, "-m", "fabric_sim.batch"]
+    command += words(tmp_path / "run", "sensing:=camera")
+    told = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert told.returncode == 0, told.stderr
     rows = (tmp_path / "run" / "results.csv").read_text().splitlines()
     assert len(rows) == 2
     row = dict(zip(rows[0].split(","), rows[1].split(","), strict=True))
     assert (row["human"], row["success"], row["false_warnings"]) == (PERSON, "1", "0")
-    assert "event log" in capsys.readouterr().out
+    assert "event log" in told.stdout
+
+
+@pytest.mark.usefixtures("begun")
+def test_a_batch_in_a_process_that_has_drawn_is_refused(tmp_path, capsys):
+    assert batch.main(words(tmp_path / "run", "sensing:=camera")) == 2
+    assert "survive that: start it from" in capsys.readouterr().err
+    assert not (tmp_path / "run").exists()
 
 
 def test_only_direct_and_camera_are_kinds_of_sensing():

@@ -116,9 +116,14 @@ def run_job(job: Job) -> list[Done]:
 def require_pictures(jobs: Sequence[Job]) -> None:
     """Raise CannotDraw when a job needs pictures and none can be made here, ValueError when a
     setting of camera or perception is wrong: ask before files are written. A process of its own
-    tries it, because graphics do not survive a fork."""
+    tries it, because graphics do not survive a fork: whoever has drawn before is refused, too."""
     if all(job.sensing != CAMERA for job in jobs):
         return
+    if RENDERER in sys.modules:
+        raise CannotDraw(
+            "sensing:=camera draws in processes forked from this one, and graphics opened here do "
+            "not survive that: start it from a process that has drawn nothing"
+        )
     with ProcessPoolExecutor(1, multiprocessing.get_context("fork")) as pool:
         pool.submit(_try_to_draw).result()
 
@@ -137,6 +142,7 @@ def _tasks_of(run: HeadlessRun, tasks: int) -> list[Done]:
     return done
 
 
+RENDERER = "fabric_sim.camera.renderer"  # imported by who draws
 _finished = None  # shared by the processes: how many tasks have ended
 
 
