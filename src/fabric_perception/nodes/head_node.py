@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """ROS node of the head tracker: pictures of the helmet in, the head's pose and looks out."""
 
+import cv2
 import rospy
 import tf2_ros
 from geometry_msgs.msg import Point, Pose, Quaternion
@@ -114,6 +115,7 @@ def _state(stamp: rospy.Time, percept: HeadPercept | None) -> HeadState:
 def main() -> None:
     """Run until shutdown; bad parameters end the node at once, naming the value."""
     rospy.init_node("head")
+    cv2.setNumThreads(1)  # more wait for each other in the kernel, and take the others' cores
     helmet = load_helmet(rospy.get_param("~helmet_file"))
     HeadNode(helmet, settings_from(HeadParameters, rospy.get_param("~head")))
     rospy.spin()

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """ROS node of the tracker: pictures of the cell camera in; cubes, containers and the hand out."""
 
+import cv2
 import diagnostic_updater
 import message_filters
 import rospy
@@ -166,6 +167,7 @@ class TrackingNode:
 def main() -> None:
     """Run until shutdown; a file or parameter that is wrong ends the node at once, by its name."""
     rospy.init_node("tracking")
+    cv2.setNumThreads(1)  # more wait for each other in the kernel, and take the others' cores
     workspace = Workspace.load(rospy.get_param("~cell_file"))
     palette = Palette.load(rospy.get_param("~colours_file"))
     scales = None
