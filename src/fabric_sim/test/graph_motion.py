@@ -61,7 +61,7 @@ class Motion:
     def _send(self, place: tuple[float, float, float]) -> None:
         self._number += 1
         pose = Pose(Point(*place), Quaternion(0.0, 0.0, 0.0, 1.0))
-        goal = MoveArmGoal(self._number, pose, 0.4, 0.0)
+        goal = MoveArmGoal(number=self._number, pose=pose, speed=0.4)
         self._goals.publish(MoveArmActionGoal(Header(), GoalID(id=str(self._number)), goal))
 
     def _on_result(self, message: MoveArmActionResult) -> None:
