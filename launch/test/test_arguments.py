@@ -168,3 +168,19 @@ def test_the_scheduler_of_a_training_may_be_given_as_an_option(capsys):
 def test_a_scheduler_is_a_host_and_a_port(address):
     with pytest.raises(arguments.ArgumentError, match="host:port of a Dask scheduler"):
         arguments.parse("train", [f"scheduler:={address}"])
+
+
+def test_a_task_by_name_brings_its_scenario():
+    assert arguments.parse("sim", ["task:=type_4_memory"])["scenario"] == "sorting"
+    assert arguments.parse("batch", ["task:=inspection"])["scenario"] == "inspection"
+    assert arguments.parse("sim", [])["task"] == ""
+    told = refused("scenario:=inspection", "task:=type_4_memory")
+    assert told == "scenario:=inspection is refused: with task:=type_4_memory it is sorting"
+
+
+def test_a_task_is_a_name_or_a_file_that_exists(tmp_path):
+    path = tmp_path / "mine.yaml"
+    assert "type_5_stroop, or a .yaml file that exists" in refused("task:=type_6")
+    assert "a .yaml file that exists" in refused(f"task:={path}")
+    path.touch()
+    assert arguments.parse("sim", [f"task:={path}"])["task"] == str(path)

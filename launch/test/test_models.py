@@ -6,6 +6,7 @@ import pytest
 from fabric_abps import persist
 from fabric_bringup import arguments
 from fabric_bringup.models import main
+from fabric_study.tasks import definition_names, load_definition
 
 ABPS = ["scenario:=inspection", "policy:=proactive,abps"]
 
@@ -40,3 +41,18 @@ def test_a_bad_library_is_nobodys_business_without_abps(tmp_path, policy):
 
 def test_a_code_of_a_person_is_one_for_the_command_line_and_for_abps():
     assert arguments.PERSON == persist.CODE  # arguments must not import what is not built yet
+
+
+def test_the_tasks_known_at_the_command_line_are_those_that_are_there():
+    assert sorted(arguments.TASKS) == definition_names()
+    assert all(load_definition(name).scenario == of for name, of in arguments.TASKS.items())
+
+
+def test_a_task_of_another_scenario_or_one_that_cannot_be_is_refused(tmp_path, capsys):
+    path = tmp_path / "mine.yaml"
+    assert main(["scenario:=sorting", "task:=type_2_sequence"]) == 0
+    assert main(["scenario:=inspection", "task:=type_2_sequence"]) == 2
+    assert "it wants scenario:=sorting" in capsys.readouterr().err
+    path.write_text("scenario: sorting\n", encoding="utf-8")
+    assert main(["scenario:=sorting", f"task:={path}"]) == 2
+    assert f"task:={path} is refused: {path}: cubes: is missing" in capsys.readouterr().err

@@ -22,6 +22,8 @@ from fabric_msgs.msg import (
     TaskState,
     TypeBelief,
 )
+from fabric_study.task_manager import TaskManager
+from fabric_study.tasks import load_definition
 
 CELL = Path(__file__).resolve().parents[1] / "config/cell.yaml"
 STATES = ["task_assigned_to_human", "needs_help", "global_success"]
@@ -35,7 +37,7 @@ def activity(kind: int, detected: bool = True) -> HumanActivity:
 
 
 def running(scenario: str = "sorting") -> TaskState:
-    rules = [SortingRule(Cube.COLOUR_RED, "red")]
+    rules = [SortingRule(colour=Cube.COLOUR_RED, label="red")]
     return TaskState(task_id=1, scenario=scenario, status=TaskState.RUNNING, rules=rules)
 
 
@@ -151,3 +153,32 @@ def test_the_policy_is_shown_with_its_reason_in_lines_that_fit(picture):
     choice.unlike_anyone_known = True
     assert panels.reason_lines(choice)[0] == "a person unlike anyone known"
     assert len(panels.reason_lines(choice)) == panels.REASON_LINES
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("inspection", "the person inspects each package and puts it into a tray 'inspected'"),
+        (
+            "type_1_colours",
+            "which cube into which tray: red into 'red', green into 'green', blue into 'blue'",
+        ),
+        (
+            "type_2_sequence",
+            "one cube after the other into: 'red', 'blue', 'blue', 'green', 'red'",
+        ),
+        (
+            "type_3_mixed",
+            "which cube into which tray: 1. red into 'green', 2. red into 'blue', "
+            "green into 'red', 1. blue into 'blue', 2. blue into 'red'",
+        ),
+        (
+            "type_5_stroop",
+            "one cube after the other into: red IN BLUE, green IN RED, blue IN GREEN, "
+            "blue IN RED, red IN GREEN, green IN BLUE, red IN BLUE",
+        ),
+    ],
+)
+def test_the_rules_of_every_type_are_told_in_words(name, words):
+    state = TaskManager(load_definition(name), 1, seed=1).state
+    assert panels.rules_in_words(state) == words

@@ -112,7 +112,7 @@ def run_task() -> Any:
     for _ in range(int(DEADLINE / 0.1)):  # wait_for_server needs a clock that runs
         if all(end.get_num_connections() for end in ends) or connected.wait(0.1):
             break
-    client.send_goal(RunTaskGoal(1, "inspection", 111))
+    client.send_goal(RunTaskGoal(task_id=1, definition="inspection", seed=111))
     assert client.wait_for_result(), "the task did not come to its end"
     return client.get_result()
 

@@ -113,7 +113,7 @@ class ClosedLoop(unittest.TestCase):
             ends = (action.pub_goal, action.result_sub, action.feedback_sub)
             if all(end.get_num_connections() for end in ends) or connected.wait(0.1):
                 break
-        client.send_goal(RunTaskGoal(number, cls.scenario, 100 + number))
+        client.send_goal(RunTaskGoal(task_id=number, definition=cls.scenario, seed=100 + number))
         assert client.wait_for_result(), "the task did not come to its end"
         return client.get_result()
 

@@ -18,6 +18,9 @@ import sys
 from collections.abc import Callable, Sequence
 
 SCENARIOS = ("inspection", "sorting")
+TASK_TYPES = ("type_1_colours", "type_2_sequence", "type_3_mixed", "type_4_memory", "type_5_stroop")
+TASKS = {"inspection": "inspection", "sorting": "sorting"}  # definitions, and their scenarios
+TASKS |= dict.fromkeys(TASK_TYPES, "sorting")
 POLICIES = ("abps", "proactive", "patient", "eager", "reactive", "none")
 REPLAY_POLICIES = ("proactive", "patient", "eager", "reactive")
 RECORDING_SUFFIXES = (".csv", ".bag")
@@ -207,6 +210,15 @@ def settings(text: str) -> str:
     return os.path.abspath(text) if text else ""
 
 
+def task(text: str) -> str:
+    """A task definition by name, or the absolute path of a YAML file that exists, or empty."""
+    if not text or text in TASKS:
+        return text
+    if not text.endswith(".yaml") or not os.path.isfile(text):
+        raise ArgumentError(f"one of {', '.join(TASKS)}, or a .yaml file that exists")
+    return os.path.abspath(text)
+
+
 def person(text: str) -> str:
     """Empty, or the code of a person: letters, digits, - and _, 32 at most."""
     if text and not PERSON.fullmatch(text):
@@ -255,6 +267,7 @@ WORDS = (
     Word("tasks", "10", "how many tasks to run", tasks),
     Word("seed", "1", "root of all randomness; same seed, same results", seed),
     Word("scenario", "inspection", "inspection | sorting", one_of(SCENARIOS)),
+    Word("task", "", f"of the scenario: {' | '.join(TASK_TYPES)} | a .yaml file", task),
     Word("human", "random", f"{PEOPLE} | manual (you)", human, ("sim",)),
     Word("human", "random", PEOPLE, simulated_human, ("batch",)),
     Word("policy", "proactive", f"{' | '.join(POLICIES)} | a model file", policy, ("sim",)),
@@ -323,6 +336,11 @@ def parse(command: str, arguments: Sequence[str]) -> dict[str, str]:
         if name in given:
             raise ArgumentError(f"'{name}' is given twice")
         given[name] = _checked(known[name], text)
+    implied = TASKS.get(given.get("task", ""))
+    if implied and given.setdefault("scenario", implied) != implied:
+        raise ArgumentError(
+            f"scenario:={given['scenario']} is refused: with task:={given['task']} it is {implied}"
+        )
     if given.get("human") == MANUAL and given.setdefault("speed", "1.0") == "0":
         raise ArgumentError(
             "speed:=max is refused: with human:=manual it must be a number above 0 (times real "

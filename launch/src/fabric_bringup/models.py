@@ -29,6 +29,15 @@ def check_selector(value: Mapping[str, str]) -> None:
     Files().selector(value["scenario"], value.get("selector", ""), value.get("library", ""))
 
 
+def check_task(value: Mapping[str, str]) -> None:
+    """Raises ValueError naming file and place if the task cannot be given in this scenario."""
+    from fabric_study.tasks import load_definition
+
+    definition = load_definition(value["task"])
+    if definition.scenario != value["scenario"]:
+        raise ValueError(f"it wants scenario:={definition.scenario}")
+
+
 CHECKS = {"policy": check_policy, "human": check_human}
 
 
@@ -44,6 +53,12 @@ def main(words: Sequence[str]) -> int:
                 print(f"fabric: {name}:={path} is refused: {error}", file=sys.stderr)
                 return 2
     value = dict(word.split(":=", 1) for word in words)
+    if value.get("task"):
+        try:
+            check_task(value)
+        except ValueError as error:
+            print(f"fabric: task:={value['task']} is refused: {error}", file=sys.stderr)
+            return 2
     if "abps" in value.get("policy", "").split(","):
         try:
             check_selector(value)

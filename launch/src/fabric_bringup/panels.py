@@ -10,7 +10,15 @@ from collections.abc import Iterator, Sequence
 from visualization_msgs.msg import Marker
 
 from fabric_bringup import draw
-from fabric_msgs.msg import Cube, Decision, ModelInfo, PolicyChoice, TaskState, TypeBelief
+from fabric_msgs.msg import (
+    Cube,
+    Decision,
+    ModelInfo,
+    PolicyChoice,
+    SortingRule,
+    TaskState,
+    TypeBelief,
+)
 
 PLANE_Y = 0.20  # m, where the panels' plane meets the table; it leans back from there
 TILT = 0.5  # rad, the pitch of the shipped view
@@ -40,6 +48,7 @@ STATUS = ("waiting", "showing the rules", "running", "SUCCEEDED", "FAILED", "abo
 CUBE_WORDS = {Cube.COLOUR_RED: "red", Cube.COLOUR_GREEN: "green", Cube.COLOUR_BLUE: "blue"}
 REASON_WIDTH = 42  # letters
 REASON_LINES = 8
+RULES_WIDTH = 84
 DIALS = ("expert", "rested", "attentive", "collaborative")  # the upper end of each
 
 
@@ -200,12 +209,28 @@ def task_panel(state: TaskState | None) -> Iterator[Marker]:
         f"failed {failed}    warnings {state.warnings}    score {state.score}"
     )
     yield words_at(("task", 1), x, z - 0.08, LETTER, counts, draw.INK)
-    yield words_at(("task", 2), x, z - 0.145, LETTER, rules_in_words(state), draw.FAINT)
+    rules = "\n".join(textwrap.wrap(rules_in_words(state), RULES_WIDTH))
+    yield words_at(("task", 2), x, z - 0.145, LETTER, rules, draw.FAINT)
 
 
 def rules_in_words(state: TaskState) -> str:
-    """The rules of the task on one line."""
+    """The rules of the task in one sentence."""
     if state.scenario == "inspection":
         return "the person inspects each package and puts it into a tray 'inspected'"
-    rules = (f"{CUBE_WORDS.get(rule.colour, '?')} into '{rule.label}'" for rule in state.rules)
-    return "which cube into which tray: " + ", ".join(rules)
+    if all(rule.colour == Cube.COLOUR_UNKNOWN for rule in state.rules):
+        return "one cube after the other into: " + ", ".join(map(turn_in_words, state.rules))
+    return "which cube into which tray: " + ", ".join(map(rule_in_words, state.rules))
+
+
+def rule_in_words(rule: SortingRule) -> str:
+    """Where cubes of a colour belong, or each so and so many of them."""
+    turn = f"{rule.occurrence}. " if rule.occurrence else ""
+    return f"{turn}{CUBE_WORDS.get(rule.colour, '?')} into '{rule.label}'"
+
+
+def turn_in_words(rule: SortingRule) -> str:
+    """Where the next cube belongs; a coloured word with its ink, and what of it counts."""
+    if rule.word == Cube.COLOUR_UNKNOWN:
+        return f"'{rule.label}'"
+    word, ink = (CUBE_WORDS.get(colour, "?") for colour in (rule.word, rule.ink))
+    return f"{word} IN {ink.upper()}" if rule.ink_counts else f"{word.upper()} in {ink}"

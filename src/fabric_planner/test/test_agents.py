@@ -161,7 +161,7 @@ def test_other_threads_run_while_a_decision_is_made():
 
 
 def task(task_id=1, status=TaskState.RUNNING):
-    rules = [SortingRule(Cube.COLOUR_RED, "red")]
+    rules = [SortingRule(colour=Cube.COLOUR_RED, label="red")]
     return TaskState(task_id=task_id, status=status, scenario="sorting", rules=rules)
 
 

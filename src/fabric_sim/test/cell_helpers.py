@@ -20,6 +20,7 @@ CONFIG = CellConfig.load(
 )
 R, G, B = Cube.COLOUR_RED, Cube.COLOUR_GREEN, Cube.COLOUR_BLUE
 LABELS = {R: "red", G: "green", B: "blue"}
+ITEMS = {R: 0, G: 1, B: 2}  # of the rules, by colour
 
 
 @dataclass
@@ -33,11 +34,11 @@ class ScriptedWorker:
     looking_around: bool = False
     detected: bool = True
 
-    def start_task(self, t, scenario, rng, rules):
+    def start_task(self, t, scenario, rng, rules, load):
         self.told.append(("start_task", scenario, rules))
 
-    def start_subtask(self, t, colour):
-        self.told.append(("start_subtask", colour))
+    def start_subtask(self, t, item):
+        self.told.append(("start_subtask", item))
 
     def end_subtask(self, t, success, by_person):
         self.told.append(("end_subtask", success, by_person))
@@ -64,12 +65,17 @@ class ScriptedWorker:
 
 
 def task(scenario: str = "sorting", task_id: int = 1, colours=(R, G, B)) -> TaskState:
-    rules = [SortingRule(c, LABELS[c] if scenario == "sorting" else "inspected") for c in LABELS]
+    rules = [
+        SortingRule(colour=c, label=LABELS[c] if scenario == "sorting" else "inspected")
+        for c in LABELS
+    ]
     return TaskState(
         task_id=task_id,
         scenario=scenario,
         rules=rules,
         cube_colours=list(colours),
+        cube_rules=[ITEMS[c] for c in colours],
+        load=1.0,
         status=TaskState.RUNNING,
     )
 

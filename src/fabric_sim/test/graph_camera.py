@@ -59,9 +59,10 @@ class TestCameras(unittest.TestCase):
         cls.frames = tf2_ros.Buffer()
         cls.listener = tf2_ros.TransformListener(cls.frames)
         publisher = rospy.Publisher("task/state", TaskState, latch=True, queue_size=1)
-        rules = [SortingRule(1, "red"), SortingRule(2, "green"), SortingRule(3, "blue")]
+        labels = ("red", "green", "blue")
+        rules = [SortingRule(colour=n, label=label) for n, label in enumerate(labels, 1)]
         task = TaskState(task_id=1, scenario="sorting", rules=rules, cube_colours=[1, 2, 3])
-        task.status = TaskState.RUNNING
+        task.cube_rules, task.status = [0, 1, 2], TaskState.RUNNING
         publisher.publish(task)
         rospy.wait_for_service("conveyor/set_speed", LIMIT)
         rospy.ServiceProxy("conveyor/set_speed", SetConveyor)(0.05, False)

@@ -24,6 +24,7 @@ from fabric_msgs.srv import Command, SetConveyor
 from fabric_msgs.traffic import Traffic
 
 LIMIT = 60.0  # s, wall time
+TRAYS = ("red", "green", "blue")
 
 
 class Task:
@@ -46,7 +47,8 @@ class Task:
 
     def publish(self, status: int) -> None:
         state = TaskState(task_id=1, scenario="sorting", status=status, cube_colours=[1])
-        state.rules = [SortingRule(1, "red"), SortingRule(2, "green"), SortingRule(3, "blue")]
+        state.cube_rules = [0]
+        state.rules = [SortingRule(colour=n, label=label) for n, label in enumerate(TRAYS, 1)]
         self._states.publish(state)
 
     def wait_for(self, condition) -> bool:

@@ -6,6 +6,7 @@ import math
 import pytest
 from cell_helpers import (
     CONFIG,
+    ITEMS,
     SRC,
     B,
     G,
@@ -74,10 +75,10 @@ def test_a_task_starts_with_the_rules_and_freezes_when_it_ends():
     cell.on_task(state)
     assert cell.running
     run(cell, 1.0)
-    assert worker.told == [("start_task", "sorting", {R: "red", G: "green", B: "blue"})]
+    assert worker.told == [("start_task", "sorting", {0: "red", 1: "green", 2: "blue"})]
     cell.on_task(task())
     run(cell, 0.1)
-    assert worker.told[1:] == [("start_subtask", R)]
+    assert worker.told[1:] == [("start_subtask", ITEMS[R])]
     cell.on_task(ended(task()))
     assert not cell.running
     assert worker.told[2:] == [("end_task", True)]
@@ -137,7 +138,7 @@ def test_the_person_takes_and_places_and_the_load_cell_reports_once():
     assert len(published) == 1
     assert containers(outputs) == {2: [1]}
     assert ("end_subtask", False, True) in worker.told
-    assert worker.told[-1] == ("start_subtask", G)
+    assert worker.told[-1] == ("start_subtask", ITEMS[G])
 
 
 def test_the_robot_carries_a_cube_into_its_tray():
@@ -171,7 +172,7 @@ def test_a_cube_put_back_upstream_comes_again():
     run(cell, 0.05)
     assert cell.stock.belt.places[1] == pytest.approx(-0.104, abs=0.003)
     waiting_cube(cell)
-    assert [w for w in worker.told if w[0] == "start_subtask"] == [("start_subtask", R)]
+    assert [w for w in worker.told if w[0] == "start_subtask"] == [("start_subtask", ITEMS[R])]
 
 
 def test_a_cube_that_loses_its_turn_makes_room_for_the_next_one():
@@ -183,7 +184,7 @@ def test_a_cube_that_loses_its_turn_makes_room_for_the_next_one():
     cell.set_suction(False)
     run(cell, 0.1)
     assert cell.stock.at_pick_point.id == 2
-    assert worker.told[-2:] == [("start_subtask", R), ("start_subtask", G)]
+    assert worker.told[-2:] == [("start_subtask", ITEMS[R]), ("start_subtask", ITEMS[G])]
 
 
 def test_a_cube_dropped_beside_everything_ends_in_the_belt_box():

@@ -206,7 +206,7 @@ def test_news_are_streamed_when_something_changes():
 
 
 def sorting(view, truth_of=1):
-    rules = [SortingRule(1, "red"), SortingRule(3, "blue")]
+    rules = [SortingRule(colour=1, label="red"), SortingRule(colour=3, label="blue")]
     task = TaskState(task_id=1, status=TaskState.RUNNING, scenario="sorting", rules=rules)
     task.started = 2.0
     cubes = [Cube(id=2, colour=1, where=Cube.WHERE_BELT)]
@@ -224,7 +224,10 @@ def sorting(view, truth_of=1):
 def test_the_view_tells_the_newest_messages_in_plain_words():
     news = sorting(ManualView())
     assert news["task"]["seconds"] == 3.0
-    assert news["task"]["rules"][1] == {"colour": "blue", "tray": "blue"}
+    assert news["task"]["rules"][1] == {
+        "colour": "blue", "occurrence": 0, "tray": "blue",
+        "word": None, "ink": None, "ink_counts": False,
+    }  # fmt: skip
     assert news["trays"] == ["blue", "red"]
     assert news["robot"] == "takes over, carrying"
     assert news["cubes"] == {"belt": ["red"], "pick_point": ["blue"], "person": [], "robot": []}

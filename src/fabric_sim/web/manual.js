@@ -27,11 +27,34 @@ function showRules(rules) {
   if (at("rules").dataset.told === told) return;
   at("rules").dataset.told = told;
   const same = new Set(rules.map((rule) => rule.tray)).size === 1;
-  at("rules").replaceChildren(...(same ? rules.slice(0, 1) : rules).map((rule) => {
+  const items = (same ? rules.slice(0, 1) : rules).map((rule) => {
     const item = document.createElement("li");
-    item.append(...(same ? ["everything"] : [cube(rule.colour)]), ` into ${rule.tray}`);
+    item.append(...(same ? ["everything into ", rule.tray] : ruleParts(rule)));
     return item;
-  }));
+  });
+  if (items.length && !same && !rules[0].colour) items.unshift(turnsNote(rules[0]));
+  at("rules").replaceChildren(...items);
+}
+
+function ruleParts(rule) {
+  if (rule.word) return [colouredWord(rule)];
+  if (!rule.colour) return [rule.tray];
+  return [rule.occurrence ? `${rule.occurrence}. ` : "", cube(rule.colour), ` into ${rule.tray}`];
+}
+
+function colouredWord(rule) {
+  const word = document.createElement("b");
+  word.className = `ink ${rule.ink}`;
+  word.title = `${rule.word} in ${rule.ink}`;
+  word.textContent = rule.word;
+  return word;
+}
+
+function turnsNote(rule) {
+  const note = document.createElement("li");
+  const counts = rule.word ? `, the ${rule.ink_counts ? "ink" : "word"} counts` : "";
+  note.textContent = `one cube after the other, again and again${counts}:`;
+  return note;
 }
 
 function showTrays(names) {

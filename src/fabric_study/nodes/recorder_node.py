@@ -69,10 +69,11 @@ class RecorderNode:
 
     def __init__(self, folder: Path, record: bool, human: str, policy: str) -> None:
         self._folder, self._record = folder, record
-        self._human, self._policy = human, policy_name(policy)
+        self._human, self._policy = human, policy
         self._results = ResultsWriter(folder / "results.csv")
         self._timing = TimingWriter(folder / "timing.csv")
         self._log = EventLogWriter(folder / LOG_FILE)
+        self._asked = ""  # policy of the task
         self._meter: TaskMeter | None = None
         self._bag: BagFile | None = None
         self._ended: TaskState | None = None
@@ -168,7 +169,8 @@ class RecorderNode:
         if self._ended is not None:
             self._give_up()
         self._close_bag()
-        self._meter = TaskMeter(state, self._human, self._policy)
+        self._asked = policy_name(state.policy or self._policy)
+        self._meter = TaskMeter(state, self._human, self._asked)
         for info in self._models.values():
             self._meter.on_model(info)
         if self._policy_choice is not None:
@@ -194,7 +196,7 @@ class RecorderNode:
             self._guard.cancel()
         self._results.write(self._meter.row())
         self._log.write_task(self._meter.log())
-        self._timing.write_decisions(self._policy, self._meter.decisions())
+        self._timing.write_decisions(self._asked, self._meter.decisions())
         self._meter = self._ended = self._guard = None
         self._close_bag()
         self._traffic.sent("results")

@@ -56,7 +56,9 @@ class Session:
 
     def _run_task(self, task_id: int) -> None:
         seed = task_seed(int(self._parameters["seed"]), task_id)
-        result = self._ask(RunTaskGoal(task_id, self._parameters["definition"], seed))
+        result = self._ask(
+            RunTaskGoal(task_id=task_id, definition=self._parameters["definition"], seed=seed)
+        )
         if result.aborted and result.reason == SHUT_DOWN:
             raise rospy.ROSInterruptException()
         if result.aborted:

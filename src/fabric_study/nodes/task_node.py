@@ -24,6 +24,8 @@ from fabric_msgs.msg import (
 )
 from fabric_msgs.srv import AddNote, AddNoteResponse, SelectPolicy, SetConveyor, SetModel
 from fabric_msgs.traffic import Traffic
+from fabric_study.event_journal import JOURNAL_FILE, EventJournal
+from fabric_study.policies import ABPS, model_path
 from fabric_study.results import TableWriter
 from fabric_study.run_record import SHUT_DOWN
 from fabric_study.task_manager import Counters, TaskManager
@@ -39,9 +41,15 @@ class Refused(Exception):
 class TaskNode:
     """One task at a time; everything runs behind the lock of the traffic counter."""
 
-    def __init__(self, policy: str, model_path: str, out_dir: Path) -> None:
-        self._policy, self._model_path = policy, model_path
+    def __init__(self, policy: str, models: Path, out_dir: Path) -> None:
+        """policy: of goals that name none. models: folder of the decision models.
+
+        Raises FileExistsError when out_dir holds the journal of another run.
+        """
+        self._policy, self._models = policy, models
         self._notes = out_dir / "notes.csv"
+        self._journal = EventJournal(out_dir / JOURNAL_FILE)
+        self._unwritten = ""  # why the journal cannot go on
         self._counters = Counters()
         self._manager: TaskManager | None = None
         self._published = 0  # sequence of the last state sent
@@ -72,10 +80,11 @@ class TaskNode:
             self._server.set_aborted(RunTaskResult(aborted=True, reason=str(error)), str(error))
 
     def _run(self, goal: RunTaskGoal, definition: TaskDefinition) -> None:
-        self._load_model(goal)
+        policy = goal.policy or self._policy
+        self._load_model(goal, policy, definition.scenario)
         with self._changed:
-            self._problem, self._reported = "", 0
-            self._manager = TaskManager(definition, goal.task_id, goal.seed, self._counters)
+            self._problem, self._reported = self._unwritten, 0
+            self._manager = TaskManager(definition, goal.task_id, goal.seed, self._counters, policy)
             self._manager.begin(self._newest)
             self._publish([])
             while not (self._manager.finished or self._problem or self._stopped()):
@@ -124,10 +133,11 @@ class TaskNode:
         self._closing = True
         self._wake()
 
-    def _load_model(self, goal: RunTaskGoal) -> None:
-        path = self._model_path
-        if self._policy == "abps":
+    def _load_model(self, goal: RunTaskGoal, policy: str, scenario: str) -> None:
+        if policy == ABPS:
             path = call("abps/select", SelectPolicy, goal.task_id, goal.seed).path
+        else:
+            path = str(model_path(policy, scenario, self._models))
         call("planner/set_model", SetModel, path, False)
 
     def _on_conveyor(self, conveyor: ConveyorState) -> None:
@@ -153,13 +163,15 @@ class TaskNode:
     def _publish(self, events: list[TaskEvent]) -> None:
         """Command the belt, then send events, the state if it has changed, and feedback.
 
-        The belt comes first: the state SHOWING_RULES lets the simulated cell go on.
+        The belt comes first: the state SHOWING_RULES lets the simulated cell go on. No event is
+        sent before it is in the journal.
         """
         manager = self._manager
         assert manager is not None
         self._command_belt(manager.belt_command)
         for event in events:
-            self._events.publish(event)
+            if self._written(event):
+                self._events.publish(event)
         if self._counters.states != self._published:
             self._published = self._counters.states
             self._states.publish(manager.state)
@@ -168,6 +180,16 @@ class TaskNode:
         self._reported = len(manager.results)
         if manager.finished:
             self._changed.notify_all()
+
+    def _written(self, event: TaskEvent) -> bool:
+        """Write an event into the journal; when that fails no later one counts either."""
+        if not self._unwritten:
+            try:
+                self._journal.append(event)
+            except OSError as error:
+                self._unwritten = self._problem = f"{JOURNAL_FILE} cannot be written: {error}"
+                self._changed.notify_all()
+        return not self._unwritten
 
     def _command_belt(self, command: tuple[float, bool] | None) -> None:
         if command is None:
@@ -202,13 +224,17 @@ def call(name: str, service_class: Any, *values: Any) -> Any:
 
 
 def main() -> None:
-    """Run until shutdown. Needs ~policy, ~out_dir and, for fixed policies, ~model_path."""
+    """Run until shutdown. Needs ~policy, ~models and ~out_dir."""
     rospy.init_node("task")
-    policy = rospy.get_param("~policy")
-    model_path = "" if policy == "abps" else rospy.get_param("~model_path")
-    if policy != "abps" and not Path(model_path).is_file():
-        sys.exit(f"task: ~model_path is {model_path!r}; there is no such file")
-    TaskNode(policy, model_path, Path(rospy.get_param("~out_dir")))
+    out_dir = Path(rospy.get_param("~out_dir"))
+    models = Path(rospy.get_param("~models"))
+    if not models.is_dir():
+        sys.exit(f"task: ~models is {str(models)!r}; there is no such folder")
+    try:
+        out_dir.mkdir(parents=True, exist_ok=True)
+        TaskNode(str(rospy.get_param("~policy")), models, out_dir)
+    except OSError as error:
+        sys.exit(f"task: {error}")
     rospy.spin()
 
 

@@ -44,7 +44,10 @@ def changed(place: str, value) -> str:
 
 
 def test_the_shipped_definitions_are_read():
-    assert definition_names() == ["inspection", "sorting"]
+    assert definition_names() == [
+        "inspection", "sorting", "type_1_colours", "type_2_sequence", "type_3_mixed",
+        "type_4_memory", "type_5_stroop",
+    ]  # fmt: skip
     inspection, sorting = load_definition("inspection"), load_definition("sorting")
     assert (inspection.count, inspection.t_max, inspection.success_needs) == (1, 52.0, 1)
     assert (sorting.count, sorting.success_needs, sorting.fails_at) == (10, 7, None)
@@ -55,13 +58,12 @@ def test_a_definition_is_read_from_a_path(tmp_path):
     definition = load_definition(write(tmp_path, yaml.safe_dump(GOOD)))
     assert definition.name == "task"
     assert definition.cube_colours(5) == (Cube.COLOUR_RED, Cube.COLOUR_GREEN, Cube.COLOUR_RED)
-    assert definition.fits(Cube.COLOUR_GREEN, "blue")
-    assert not definition.fits(Cube.COLOUR_GREEN, "green")
-    assert not definition.fits(Cube.COLOUR_BLUE, "blue")
-    assert [(rule.colour, rule.label) for rule in definition.sorting_rules()] == [
+    assert [(item.colour, item.label) for item in definition.rules.items] == [
         (Cube.COLOUR_RED, "red"),
         (Cube.COLOUR_GREEN, "blue"),
     ]
+    assert definition.cube_rules(5) == (0, 1, 0)
+    assert definition.load == 1.0
 
 
 def test_a_random_order_depends_on_the_seed_alone_and_is_balanced():
@@ -106,6 +108,9 @@ def test_an_unknown_name_is_refused_with_the_known_ones():
         ("t_max", None, "t_max: is missing"),
         ("success_needs", 4, "success_needs: is 4; it must lie in 1..3"),
         ("fails_at", 9, "fails_at: is 9; it must lie in 1..3"),
+        ("load", 3.1, "load: is 3.1; it must lie in 0..3"),
+        ("load", float("nan"), "load: is nan; it must be finite"),
+        ("load", "heavy", "load: must be a number, not 'heavy'"),
         ("scores.person", 1.5, "scores.person: must be a whole number"),
         ("scores.team", 1, "scores.team: is not known"),
         ("speed", 1.0, "speed: is not known"),

@@ -58,6 +58,7 @@ struct SeenCube {
   int colour = COLOUR_UNKNOWN;
   int where = 0;
   double confidence = 0.0;
+  std::uint32_t id = 0;  ///< from 1 within a task
 };
 
 /// What motion needs to know of the task; numbers as in fabric_msgs/TaskState.
@@ -66,7 +67,8 @@ struct TaskView {
   std::uint32_t task_id = 0;
   int status = 0;
   std::string scenario;
-  std::vector<std::pair<int, std::string>> rules;  ///< colour, label of the container
+  std::vector<std::pair<int, std::string>> rules;  ///< colour or unknown, label of the container
+  std::vector<std::uint8_t> cube_rules = {};       ///< index into rules by cube, from id 1
 
   [[nodiscard]] bool over() const { return status >= SUCCEEDED; }
 };
@@ -178,7 +180,8 @@ class MotionAgent {
   [[nodiscard]] std::optional<Action> running() const;
   [[nodiscard]] bool approaching() const;
   [[nodiscard]] bool standsAt(const ToolPose& pose) const;
-  [[nodiscard]] std::optional<std::string> trayFor(int colour) const;
+  [[nodiscard]] std::optional<std::string> trayFor(const SeenCube& cube) const;
+  [[nodiscard]] std::optional<std::string> labelFor(const SeenCube& cube) const;
 
   MotionConfig config_;
   ScriptWriter writer_;
@@ -209,8 +212,8 @@ class MotionAgent {
   std::map<std::string, unsigned> placed_;  ///< cubes by tray in this task
   bool cube_at_pick_point_ = false;
   bool cube_at_robot_ = false;
-  int pick_colour_ = SeenCube::COLOUR_UNKNOWN;
-  int grip_colour_ = SeenCube::COLOUR_UNKNOWN;
+  SeenCube pick_;  ///< at the pick point; without colour and id when nothing was seen there
+  SeenCube grip_;  ///< that the suction took
 
   bool held_ = false;
   bool stopped_ = false;

@@ -38,7 +38,8 @@ std::vector<SeenCube> toCubes(const py::object& array) {
   std::vector<SeenCube> cubes;
   for (const py::handle cube : array.attr("cubes")) {
     cubes.push_back({cube.attr("colour").cast<int>(), cube.attr("where").cast<int>(),
-                     cube.attr("confidence").cast<double>()});
+                     cube.attr("confidence").cast<double>(),
+                     cube.attr("id").cast<std::uint32_t>()});
   }
   return cubes;
 }
@@ -51,6 +52,9 @@ TaskView toTask(const py::object& state) {
   for (const py::handle rule : state.attr("rules")) {
     task.rules.emplace_back(rule.attr("colour").cast<int>(),
                             rule.attr("label").cast<std::string>());
+  }
+  for (const py::handle index : state.attr("cube_rules")) {  // rospy reads them as bytes
+    task.cube_rules.push_back(index.cast<std::uint8_t>());
   }
   return task;
 }

@@ -70,7 +70,7 @@ MotionCommands MotionAgent::onConveyor(bool cube_at_pick_point) {
   return handle([&] {
     cube_at_pick_point_ = cube_at_pick_point;
     if (cube_at_pick_point) return;
-    pick_colour_ = SeenCube::COLOUR_UNKNOWN;
+    pick_ = {};
     state_.planned = false;
     if (approaching()) abandon(ActionOutcome::NOTHING_TO_GRASP, "the cube was taken away");
   });
@@ -85,7 +85,7 @@ MotionCommands MotionAgent::onCubes(const std::vector<SeenCube>& cubes) {
     for (const SeenCube& cube : cubes) {
       if (cube.where != SeenCube::WHERE_PICK_POINT || !(cube.confidence > best)) continue;
       best = cube.confidence;
-      pick_colour_ = cube.colour;
+      pick_ = cube;
     }
     if (state_.holding) watchCup();
   });
@@ -259,7 +259,7 @@ void MotionAgent::startTask() {
   state_.planned = false;
   cube_at_pick_point_ = false;
   cube_at_robot_ = false;
-  pick_colour_ = SeenCube::COLOUR_UNKNOWN;
+  pick_ = {};
   if (stopped_) return;
   held_ = false;
   goHome("a new task begins");

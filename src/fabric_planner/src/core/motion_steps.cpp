@@ -95,7 +95,7 @@ void MotionAgent::perform(const Step& step) {
       return checkCube();
     case StepKind::SUCTION_ON:
       suction_ = true;
-      grip_colour_ = pick_colour_;
+      grip_ = pick_;
       seen_at_cup_ = false;
       views_without_ = 0;
       return command(MotionCommand::Kind::SUCTION_ON, 0);
@@ -111,9 +111,9 @@ void MotionAgent::perform(const Step& step) {
 void MotionAgent::checkCube() {
   if (!cube_at_pick_point_) {
     abandon(ActionOutcome::NOTHING_TO_GRASP, "no cube stands at the pick point");
-  } else if (!trayFor(pick_colour_)) {
-    abandon(ActionOutcome::REFUSED,
-            "no rule names a tray for colour " + std::to_string(pick_colour_));
+  } else if (!trayFor(pick_)) {
+    abandon(ActionOutcome::REFUSED, "no rule names a tray for cube " + std::to_string(pick_.id) +
+                                        " of colour " + std::to_string(pick_.colour));
   }
 }
 
@@ -127,7 +127,7 @@ void MotionAgent::checkGrip() {
 
 /// After the lift a cube in the beam is one that stayed behind, unless one is seen at the cup.
 void MotionAgent::checkLift() {
-  placing_ = trayFor(grip_colour_);
+  placing_ = trayFor(grip_);
   if (placing_ && (!cube_at_pick_point_ || cube_at_robot_)) {
     const ToolPose slot = config_.slot(*placing_, placed_[*placing_]);
     return setScript(writer_.place(gestureOf(Action::GRASP), slot));
@@ -187,10 +187,25 @@ bool MotionAgent::atGoal() const {
 
 bool MotionAgent::standsAt(const ToolPose& pose) const { return location_ && *location_ == pose; }
 
-std::optional<std::string> MotionAgent::trayFor(int colour) const {
+std::optional<std::string> MotionAgent::trayFor(const SeenCube& cube) const {
   if (task_.scenario == "inspection") return config_.inspection_tray;
+  const std::optional<std::string> label = labelFor(cube);
+  return label && config_.trays.count(*label) > 0 ? label : std::nullopt;
+}
+
+/// A cube goes where its own rule says. One that is seen in another colour than that of its rule
+/// goes where this colour belongs: the robot cannot know better.
+std::optional<std::string> MotionAgent::labelFor(const SeenCube& cube) const {
+  if (cube.id >= 1 && cube.id <= task_.cube_rules.size()) {
+    const std::size_t index = task_.cube_rules[cube.id - 1];
+    if (index < task_.rules.size()) {
+      const auto& [ruled, label] = task_.rules[index];
+      if (ruled == SeenCube::COLOUR_UNKNOWN || ruled == cube.colour) return label;
+    }
+  }
+  if (cube.colour == SeenCube::COLOUR_UNKNOWN) return std::nullopt;
   for (const auto& [ruled, label] : task_.rules) {
-    if (ruled == colour && config_.trays.count(label) > 0) return label;
+    if (ruled == cube.colour) return label;
   }
   return std::nullopt;
 }

@@ -75,13 +75,14 @@ fabric_msgs::RobotActionState toMessage(const RobotState& state) {
 std::vector<SeenCube> fromMessage(const fabric_msgs::CubeArray& message) {
   std::vector<SeenCube> cubes;
   for (const auto& cube : message.cubes)
-    cubes.push_back({cube.colour, cube.where, cube.confidence});
+    cubes.push_back({cube.colour, cube.where, cube.confidence, cube.id});
   return cubes;
 }
 
 TaskView fromMessage(const fabric_msgs::TaskState& message) {
   TaskView task{message.task_id, message.status, message.scenario, {}};
   for (const auto& rule : message.rules) task.rules.emplace_back(rule.colour, rule.label);
+  task.cube_rules = message.cube_rules;
   return task;
 }
 

@@ -65,6 +65,7 @@ class Plan:
     selector: str = ""  # file of ABPS' parameters
     library: str = ""  # folder of ABPS' library
     sensing: str = "direct"
+    task: str = ""  # definition; empty: the scenario's own
 
     @classmethod
     def parse(cls, words: Sequence[str]) -> Plan:
@@ -82,6 +83,7 @@ class Plan:
             selector=value["selector"],
             library=value["library"],
             sensing=value["sensing"],
+            task=value["task"],
         )
 
     def job_list(self) -> list[Job]:
@@ -100,6 +102,7 @@ class Plan:
             seed,
             selector=self.selector,
             library=self.library,
+            task=self.task,
         )
 
 

@@ -16,6 +16,7 @@ import fabric_planner as fp
 from fabric_abps import Library, Selector, SelectorParameters, TrainedModels
 from fabric_abps.library import MODELS
 from fabric_sim.cell import CellConfig
+from fabric_study.policies import model_path
 from fabric_study.tasks import TaskDefinition, load_definition
 
 SOLVER_WORK = 3e9  # multiplications that solving a model may take; about a second
@@ -40,9 +41,9 @@ class Files:
         """Geometry, limits, arm and sensors."""
         return self._once(self._read_cell, "cell")
 
-    def definition(self, scenario: str) -> TaskDefinition:
+    def definition(self, name: str) -> TaskDefinition:
         """The task definition of a name or a .yaml file."""
-        return self._once(lambda: load_definition(scenario), "definition", scenario)
+        return self._once(lambda: load_definition(name), "definition", name)
 
     def motion(self) -> fp.MotionConfig:
         """Places and speeds of the robot's actions."""
@@ -64,11 +65,8 @@ class Files:
         )
 
     def model(self, policy: str, scenario: str) -> Path:
-        """The model file of a policy; a path stands for itself."""
-        if policy.endswith((".pomdpx", ".pomdp")):
-            return Path(policy)
-        models = self.share("fabric_planner") / "models"
-        return models / (f"{policy}.pomdpx" if policy == "none" else f"{scenario}_{policy}.pomdpx")
+        """The model file of a policy. Raises ValueError when there is none."""
+        return model_path(policy, scenario, self.share("fabric_planner") / "models")
 
     def solve(self, policy: str, scenario: str) -> fp.AlphaVectors:
         """Solve a policy's model beforehand; equal on every machine."""

@@ -59,6 +59,7 @@ class RunSetup:
     noise: float | None = None  # probability in place of `confusion` in sensing.yaml
     selector: str = ""  # file of ABPS' parameters, in place of selector.yaml
     library: str = ""  # folder of ABPS' library, in place of the shipped one
+    task: str = ""  # definition by name or file, of this scenario; empty: the one named like it
 
     def __post_init__(self) -> None:
         if self.noise is not None and not 0.0 <= self.noise <= 1.0:  # refuses NaN as well
@@ -78,11 +79,12 @@ class SeenCube(NamedTuple):
     colour: int
     where: int
     confidence: float
+    id: int
 
 
 @lru_cache
-def _seen_cube(perceived: int, where: int, confidence: float) -> SeenCube:
-    return SeenCube(perceived, where, reports.single(confidence))
+def _seen_cube(perceived: int, where: int, confidence: float, id: int) -> SeenCube:
+    return SeenCube(perceived, where, reports.single(confidence), id)
 
 
 class SeenCubes(NamedTuple):
@@ -139,7 +141,12 @@ class HeadlessRun:
         that cannot be used."""
         self.setup = setup
         files = files or Files()
-        self._definition = files.definition(setup.scenario)
+        self._definition = files.definition(setup.task or setup.scenario)
+        if self._definition.scenario != setup.scenario:
+            raise ValueError(
+                f"task {setup.task} is of scenario {self._definition.scenario}, "
+                f"not {setup.scenario}"
+            )
         self._selector = selector
         if setup.policy == "abps" and selector is None:
             self._selector = files.selector(setup.scenario, setup.selector, setup.library)
@@ -191,7 +198,9 @@ class HeadlessRun:
         self._task_number += 1
         self._cell.worker = self._staff.worker(self._task_number)
         seed = task_seed(self.setup.seed, self._task_number)
-        self._manager = TaskManager(self._definition, self._task_number, seed, self._counters)
+        self._manager = TaskManager(
+            self._definition, self._task_number, seed, self._counters, self.setup.policy
+        )
         self._encoder, self._codes = SignalEncoder(), []
         self._hidden, self._sight, self._posterior = None, -1, None  # what was told last
         self._words = None
@@ -265,7 +274,7 @@ class HeadlessRun:
         self._score(moment.t, self._manager.on_conveyor(moment.t, conveyor))
         if self._sight != seen_before or self._every_tick:
             seen = stock.seen()
-            cubes = SeenCubes([_seen_cube(c.perceived, w, c.confidence) for c, w in seen])
+            cubes = SeenCubes([_seen_cube(c.perceived, w, c.confidence, c.id) for c, w in seen])
             self._move(self._motion.on_cubes(cubes), False)
         self._settle()
         self._belt_due = min(self._belt_due, self._due(self._manager.quiet_until))

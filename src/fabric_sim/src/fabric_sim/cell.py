@@ -91,6 +91,8 @@ class Cell:
         self._container_changes = 0
         self._subtask: int | None = None  # the cube that is the worker's
         self.episode = 0
+        self._items: list[int] = []  # of the rules, one a cube in the order of arrival
+        self._labels: list[str] = []  # of the trays, one an item
         self._new_task("inspection", [])
 
     # -- what it is told ------------------------------------------------------------------------
@@ -110,15 +112,17 @@ class Cell:
     def start_task(self, task: TaskState) -> None:
         """Put out the task's cubes and containers and let the worker begin.
 
-        Raises ValueError for an unknown scenario.
+        Raises ValueError for an unknown scenario and for a cube without a rule.
         """
         self.task = task
         self.tick += self.tick % PERCEPT_TICKS  # every task begins in step with the sensors
         self.now = _time_of(self.tick)
+        self._items = _items_of(task)
         self._new_task(task.scenario, list(task.cube_colours))
-        rules = {rule.colour: rule.label for rule in task.rules}
+        self._labels = [rule.label for rule in task.rules]
+        rules = dict(enumerate(self._labels))
         rng = named_generator(self._seed, "worker", task.task_id)
-        self.worker.start_task(self.now, task.scenario, rng, rules)
+        self.worker.start_task(self.now, task.scenario, rng, rules, task.load)
 
     def command(self, command: Any) -> None:
         """Take a MotionCommand of the motion agent; it acts from the next tick on."""
@@ -331,8 +335,7 @@ class Cell:
             self.worker.end_subtask(t, self._fits(cube, tray), by_person)
 
     def _fits(self, cube: CubeState, tray: Tray) -> bool:
-        rules = {rule.colour: rule.label for rule in self.task.rules}
-        return tray.label == rules.get(cube.colour, "inspected")
+        return tray.label == self._labels[self._items[cube.id - 1]]
 
     def _assign(self, t: float) -> None:
         """Make the cube whose turn it is the worker's, while the task runs.
@@ -349,7 +352,7 @@ class Cell:
         if self._subtask is None or not arguing:
             self._subtask = cube.id
             self._stirred = True
-            self.worker.start_subtask(t, cube.colour)
+            self.worker.start_subtask(t, self._items[cube.id - 1])
 
     @property
     def behaviour(self) -> Behaviour:
@@ -381,6 +384,17 @@ class Cell:
         self._contents_changed = False
         self._container_changes += 1
         return reports.containers(t, self._container_changes, self.stock, self._contents)
+
+
+def _items_of(task: TaskState) -> list[int]:
+    """The item of the rules that each cube falls under, in the order of arrival."""
+    items = list(task.cube_rules)
+    if len(items) != len(task.cube_colours) or any(item >= len(task.rules) for item in items):
+        raise ValueError(
+            f"task {task.task_id}: {len(task.cube_colours)} cubes fall under {items} "
+            f"of {len(task.rules)} rules"
+        )
+    return items
 
 
 _goal_of = lru_cache(1024)(goal_of)  # the places of the cell are few

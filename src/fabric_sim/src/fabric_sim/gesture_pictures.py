@@ -78,7 +78,7 @@ class Play:
     def shots(self, name: str, action: str) -> list[Shot]:
         """What is to be seen of it, from where it begins."""
         agent = self._agent
-        rules = [SortingRule(Cube.COLOUR_RED, "red")]
+        rules = [SortingRule(colour=Cube.COLOUR_RED, label="red")]
         task = TaskState(task_id=1, status=TaskState.RUNNING, scenario="sorting", rules=rules)
         list(self._moves(agent.on_task(task)))
         agent.on_conveyor(True)

@@ -6,7 +6,15 @@ from __future__ import annotations
 import threading
 from typing import Any
 
-from fabric_msgs.msg import Cube, CubeArray, Decision, GroundTruth, RobotActionState, TaskState
+from fabric_msgs.msg import (
+    Cube,
+    CubeArray,
+    Decision,
+    GroundTruth,
+    RobotActionState,
+    SortingRule,
+    TaskState,
+)
 from fabric_sim.manual_commands import command_of_key
 
 TOPICS = {
@@ -88,7 +96,7 @@ def _task(task: TaskState, now: float) -> dict[str, Any]:
         "number": task.task_id,
         "scenario": task.scenario,
         "status": _STATUS[task.status],
-        "rules": [{"colour": _COLOURS[r.colour], "tray": r.label} for r in task.rules],
+        "rules": [_rule(rule) for rule in task.rules],
         "seconds": _seconds(task, now),
         "total": task.subtasks_total,
         "by_person": task.succeeded_by_person,
@@ -96,6 +104,18 @@ def _task(task: TaskState, now: float) -> dict[str, Any]:
         "failed": task.failed_by_person + task.failed_by_robot,
         "warnings": task.warnings,
         "score": task.score,
+    }
+
+
+def _rule(rule: SortingRule) -> dict[str, Any]:
+    """An item to remember. colour: none when it does not matter. word, ink: none without."""
+    return {
+        "colour": _COLOURS[rule.colour] if rule.colour else None,
+        "occurrence": rule.occurrence,
+        "tray": rule.label,
+        "word": _COLOURS[rule.word] if rule.word else None,
+        "ink": _COLOURS[rule.ink] if rule.word else None,
+        "ink_counts": rule.ink_counts,
     }
 
 

@@ -128,12 +128,13 @@ class ManualWorker(Worker):
         scenario: str,
         rng: np.random.Generator | None = None,
         rules: Mapping[Any, str] | None = None,
+        load: float = 1.0,
     ) -> None:
         """Begin a task; as Worker.start_task. Time stands until somebody begins."""
         with self._lock:
             self.ready = self._leaving = False
             self._commands.clear()
-            super().start_task(t, scenario, rng, rules)
+            super().start_task(t, scenario, rng, rules, load)
 
     def end_subtask(self, t: float, success: bool, by_person: bool) -> None:
         """As Worker.end_subtask; who looks around goes on looking until the last cube."""
@@ -247,7 +248,7 @@ class ManualWorker(Worker):
             self._do_idle(t, "")
             return
         self.holding, self._hand = True, "holds"
-        self._emit(t, EventKind.PICKED_CUBE, colour=self._colour)
+        self._emit(t, EventKind.PICKED_CUBE, item=self._item)
         if self._tray is not None:
             self._carry(t)
 

@@ -86,21 +86,23 @@ class Worker(LoneWorker):
         scenario: str,
         rng: np.random.Generator | None = None,
         rules: Mapping[Any, str] | None = None,
+        load: float = 1.0,
     ) -> None:
         """Begin a task at its place of work.
 
         rng: generator of this task, so that a task replays without the ones before it.
-        rules: label of the right tray by cube colour; needed for sorting. Raises
-        WorkerParameterError for an unknown scenario or sorting without rules.
+        rules: label of the right tray by item to remember; needed for sorting. load: how hard they
+        are to remember, relative to task type 4. Raises WorkerParameterError for an unknown
+        scenario or sorting without rules.
         """
         known(scenario, SCENARIOS, "scenario")
         if scenario == "sorting" and not rules:
-            raise WorkerParameterError("scenario sorting needs rules: tray label by cube colour")
+            raise WorkerParameterError("scenario sorting needs rules: tray label by item")
         self._rng = rng if rng is not None else self._rng
         if self.away:
             self.person.rested()
         self._rules = dict(rules or {})
-        self._memory = RuleMemory(self._rules, self.person.now, self._p.memory)
+        self._memory = RuleMemory(self._rules, self.person.now, self._p.memory, load)
         self._prepare(scenario)
         self._forget_robot()
         self.counters = Counters()
@@ -109,10 +111,11 @@ class Worker(LoneWorker):
         self._set_state("task_assigned", t)
         self._stand_by(t)
 
-    def start_subtask(self, t: float, colour: Any = None) -> None:
-        """The next cube is the person's; work begins when it is at the pick point."""
+    def start_subtask(self, t: float, item: Any = None) -> None:
+        """The next cube, which falls under this item of the rules, is the person's; work begins
+        when it is at the pick point."""
         self._subtask = True
-        self._colour = colour
+        self._item = item
         self._pointings = 0
         self._truth = None
         self.counters.begin_again()
@@ -132,7 +135,7 @@ class Worker(LoneWorker):
         if not by_person:
             self._judge_help(success)
         if success:
-            self._memory.saw(self._colour, by_person)
+            self._memory.saw(self._item, by_person)
         self._truth = None
         if self.state == "recovery" or self.action == "walk_away":
             return

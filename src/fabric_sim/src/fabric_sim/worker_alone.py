@@ -43,7 +43,7 @@ class LoneWorker:
         self.holding = False
         self.counters = Counters()
         self._subtask = False  # a cube that is not dealt with yet
-        self._colour: Any = None
+        self._item: Any = None  # of the rules, that the cube falls under
         self._rules: Mapping[Any, str] = {}
         self._memory = RuleMemory((), character, self._p.memory)
         self._cube, self._held_by = False, HELD_BY_NOBODY
@@ -80,7 +80,7 @@ class LoneWorker:
             return None
         rng, self._rng = self._rng, deepcopy(self._rng)
         try:
-            return self._choose_tray(self._rules.get(self._colour, "inspected"))
+            return self._choose_tray(self._rules.get(self._item, "inspected"))
         finally:
             self._rng = rng
 
@@ -94,7 +94,7 @@ class LoneWorker:
     def _release(self, t: float) -> None:
         if self.holding:
             self.holding = False
-            self._emit(t, EventKind.RELEASED, colour=self._colour)
+            self._emit(t, EventKind.RELEASED, item=self._item)
 
     def _begin(self, t: float, action: str) -> None:
         self._agenda.clear()
@@ -134,7 +134,7 @@ class LoneWorker:
         span = self._timing.look_around if self.looking_around else self._timing.idle
         slow = self._slow
         if self._sorting and self.action == "idle":
-            slow *= 1.0 + self._p.memory.hesitation * (1.0 - self._memory.knows(self._colour))
+            slow *= 1.0 + self._p.memory.hesitation * (1.0 - self._memory.knows(self._item))
         outcome = STATES[self._model.sample_next(state, action, self._rng)]
         self._agenda.add(t + span.draw(self._rng, slow), lambda now: self._arrive(now, outcome))
 
@@ -169,22 +169,22 @@ class LoneWorker:
             return
         self.holding = True
         self._agenda.drop_notice()
-        self._emit(t, EventKind.PICKED_CUBE, colour=self._colour)
+        self._emit(t, EventKind.PICKED_CUBE, item=self._item)
         placed = t + self._timing.carry.draw(self._rng, self._slow)
         self._agenda.add(placed, self._place)
         self._agenda.add(placed + self._timing.retreat.draw(self._rng, self._slow), self._decide)
 
     def _place(self, t: float) -> None:
         self.holding = False
-        right = self._rules.get(self._colour, "inspected")
+        right = self._rules.get(self._item, "inspected")
         label = self._choose_tray(right)
         self.counters.placed(label == right)
         self._emit(
-            t, EventKind.PLACED_CUBE, container=label, correct=label == right, colour=self._colour
+            t, EventKind.PLACED_CUBE, container=label, correct=label == right, item=self._item
         )
 
     def _choose_tray(self, right: str) -> str:
-        if not self._sorting or self._rng.random() < self._memory.knows(self._colour):
+        if not self._sorting or self._rng.random() < self._memory.knows(self._item):
             return right
         labels = sorted(set(self._rules.values()))
         return labels[int(self._rng.integers(len(labels)))]

@@ -49,4 +49,4 @@ class WorkerEvent(NamedTuple):
     action: str
     container: str | None = None
     correct: bool | None = None
-    colour: Any = None
+    item: Any = None  # of the rules, that the cube falls under

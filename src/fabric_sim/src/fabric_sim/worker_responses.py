@@ -44,24 +44,30 @@ def refusal_probability(
 
 
 class RuleMemory:
-    """For every colour of one task the probability to know its tray; who does not know guesses."""
+    """For every item of a task's rules the probability to know its tray; who does not, guesses.
 
-    def __init__(self, colours: Iterable[Any], person: Character, p: MemoryParameters) -> None:
+    load: cognitive load relative to task type 4, by which the unknown and the forgotten grow.
+    """
+
+    def __init__(
+        self, items: Iterable[Any], person: Character, p: MemoryParameters, load: float = 1.0
+    ) -> None:
         known = p.known - p.inexperience * (1.0 - person.expertise)
         known -= p.distraction * (1.0 - person.attention)
-        self._known = {colour: max(0.0, known) for colour in colours}
-        self._forgets = p.forgets * (1.0 - person.attention)
+        known -= (load - 1.0) * (1.0 - known)
+        self._known = {item: max(0.0, known) for item in items}
+        self._forgets = min(1.0, load * p.forgets * (1.0 - person.attention))
         self._learns, self._taught = p.learns, p.taught
 
-    def knows(self, colour: Any) -> float:
-        """Return the probability of knowing the tray of a colour; 1 when there is no rule."""
-        return self._known.get(colour, 1.0)
+    def knows(self, item: Any) -> float:
+        """Return the probability of knowing the tray of an item; 1 when there is no rule."""
+        return self._known.get(item, 1.0)
 
-    def saw(self, colour: Any, by_person: bool) -> None:
-        """Take note of a right placement of this colour, one's own or the robot's."""
+    def saw(self, item: Any, by_person: bool) -> None:
+        """Take note of a right placement of this item, one's own or the robot's."""
         rate = self._learns if by_person else self._taught
         for other, value in self._known.items():
-            if other == colour:
+            if other == item:
                 self._known[other] = value + rate * (1.0 - value)
             else:
                 self._known[other] = value * (1.0 - self._forgets)

@@ -23,6 +23,7 @@ from fabric_msgs.msg import (
     TypeBelief,
 )
 from fabric_study.event_rows import LogRow, log_rows
+from fabric_study.policies import ABPS, MODEL_SUFFIXES
 from fabric_study.stamps import to_seconds
 
 Value = int | float | str | None
@@ -64,7 +65,6 @@ STAGES = (
     ("may_not_be_capable", "may_be_tired", "may_be_distracted"),
     ("needs_to_be_reminded", "needs_help", "does_not_need_help"),
 )
-MODEL_SUFFIXES = (".pomdpx", ".pomdp")
 END_OF_SUBTASK = (TaskEvent.SUBTASK_SUCCEEDED, TaskEvent.SUBTASK_FAILED)
 
 
@@ -164,7 +164,7 @@ class TaskMeter:
         if not any(o.task_success or o.task_failure for o in self._observations.values()):
             return False
         known = all(d.model_hash in self._states for d in self._decisions.values())
-        believed = self._policy != "abps" or self._entropy is not None
+        believed = self._policy != ABPS or self._entropy is not None
         return known and believed and set(self._decisions) >= set(self._observations)
 
     def decisions(self) -> list[Decision]:

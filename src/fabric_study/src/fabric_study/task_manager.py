@@ -64,7 +64,9 @@ class TaskManager:
         task_id: int,
         seed: int,
         counters: Counters | None = None,
+        policy: str = "",
     ) -> None:
+        """policy: what decides for the robot, for the record."""
         self._definition = definition
         self._counters = counters or Counters()
         self._phase = Phase.NEW
@@ -81,8 +83,10 @@ class TaskManager:
         state.task_id, state.seed = task_id, seed
         state.scenario, state.definition = definition.scenario, definition.name
         state.status, state.subtasks_total = TaskState.WAITING, definition.count
-        state.rules = definition.sorting_rules()
+        state.rules = [item.message() for item in definition.rules.items]
         state.cube_colours = list(definition.cube_colours(seed))
+        state.cube_rules = list(definition.cube_rules(seed))
+        state.policy, state.load = policy, definition.load
 
     @property
     def state(self) -> TaskState:
@@ -91,6 +95,7 @@ class TaskManager:
         for name in TaskState.__slots__:  # header and rules are never changed in place
             setattr(state, name, getattr(self._state, name))
         state.rules, state.cube_colours = list(state.rules), list(state.cube_colours)
+        state.cube_rules = list(state.cube_rules)
         return state
 
     @property
@@ -242,7 +247,8 @@ class TaskManager:
         if not known or cube_id in self._scored or not self._running():
             return
         by = OWNERS.get(container.owner, TaskEvent.BY_NOBODY)
-        fits = self._definition.fits(self._state.cube_colours[cube_id - 1], container.label)
+        rule = self._state.rules[self._state.cube_rules[cube_id - 1]]
+        fits = rule.label == container.label
         self._end_subtask(cube_id, fits and by != TaskEvent.BY_NOBODY, by, container.label)
 
     def _end_subtask(self, cube_id: int, success: bool, by: int, container: str) -> None:

@@ -3,15 +3,12 @@
 
 import hashlib
 import random
-from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
-from fabric_msgs.msg import Cube, SortingRule
 from fabric_study.strict_yaml import DefinitionError, Section, read
+from fabric_study.task_rules import COLOUR_NAMES, COLOURS, Rules, allowed, read_rules
 
-COLOURS = {"red": Cube.COLOUR_RED, "green": Cube.COLOUR_GREEN, "blue": Cube.COLOUR_BLUE}
-COLOUR_NAMES = {number: name for name, number in COLOURS.items()}
 LABELS = {"inspection": ("inspected",), "sorting": ("red", "green", "blue")}
 MAX_CUBES = 100
 
@@ -33,7 +30,7 @@ class TaskDefinition:
     scenario: str  # inspection or sorting
     count: int  # cubes
     order: tuple[int, ...]  # Cube.COLOUR_* in the order of arrival; empty: drawn by seed
-    rules: dict[int, str]  # label of the containers a colour belongs in
+    rules: Rules
     rules_display_time: float  # s
     t_max: float  # s from the arrival of a cube until the belt carries it on
     belt_speed: float  # m/s
@@ -43,24 +40,21 @@ class TaskDefinition:
     fails_at: int | None  # wrong subtasks that end the task at once; None: it goes to the end
     warning_gap: float  # s of silence that separate two warnings
     scores: Scores
+    load: float = 1.0  # cognitive load relative to task type 4; only simulated people feel it
 
     def cube_colours(self, seed: int) -> tuple[int, ...]:
         """Return the colours (count,) in the order of arrival; equal seeds give equal orders."""
         if self.order:
             return self.order
-        colours = sorted(self.rules)
+        colours = self.rules.colours
         cubes = [colours[index % len(colours)] for index in range(self.count)]
         if self.count > 1:
             random.Random(f"{seed}/cube_order").shuffle(cubes)
         return tuple(cubes)
 
-    def fits(self, colour: int, label: str) -> bool:
-        """Say whether a cube of this colour belongs in containers with this label."""
-        return self.rules.get(colour) == label
-
-    def sorting_rules(self) -> list[SortingRule]:
-        """Return the rules as messages, ordered by colour."""
-        return [SortingRule(colour, self.rules[colour]) for colour in sorted(self.rules)]
+    def cube_rules(self, seed: int) -> tuple[int, ...]:
+        """Return for every cube in the order of arrival the index of its item of the rules."""
+        return self.rules.of_cubes(self.cube_colours(seed))
 
 
 def task_seed(root_seed: int, task_id: int) -> int:
@@ -107,7 +101,8 @@ def _definition(name: str, top: Section) -> TaskDefinition:
     count, order = _cubes(top.section("cubes"))
     if scenario == "inspection" and count != 1:
         raise top.error("cubes.count", f"is {count}; an inspection task has one package")
-    rules = _rules(top.section("rules"), LABELS[scenario], order)
+    rules = read_rules(top.section("rules"), LABELS[scenario], count)
+    _check_order(top, order, rules)
     definition = TaskDefinition(
         name=name,
         scenario=scenario,
@@ -123,6 +118,7 @@ def _definition(name: str, top: Section) -> TaskDefinition:
         fails_at=_fails_at(top, count),
         warning_gap=top.number("warning_gap", 0.0, 60.0, 1.0),
         scores=_scores(top.section("scores")),
+        load=top.number("load", 0.0, 3.0, 1.0),
     )
     top.finish()
     return definition
@@ -138,28 +134,17 @@ def _cubes(section: Section) -> tuple[int, tuple[int, ...]]:
         raise section.error("order", f"is {order!r}; it must be random or a list of colours")
     for number, colour in enumerate(order, start=1):
         if not isinstance(colour, str) or colour not in COLOURS:
-            raise section.error("order", f"cube {number} is {colour!r}; {_allowed(COLOURS)}")
+            raise section.error("order", f"cube {number} is {colour!r}; {allowed(COLOURS)}")
     if len(order) != count:
         raise section.error("order", f"lists {len(order)} cubes, but count is {count}")
     return count, tuple(COLOURS[colour] for colour in order)
 
 
-def _rules(section: Section, labels: tuple[str, ...], order: tuple[int, ...]) -> dict[int, str]:
-    rules: dict[int, str] = {}
-    for colour, label in section.items():
-        if not isinstance(colour, str) or colour not in COLOURS:
-            raise section.error(colour, f"is no colour; {_allowed(COLOURS)}")
-        if not isinstance(label, str) or label not in labels:
-            text = f"cannot be satisfied: no container is labelled {label!r}; {_allowed(labels)}"
-            raise section.error(colour, text)
-        rules[COLOURS[colour]] = label
-    if not rules:
-        raise section.error("", "is empty")
+def _check_order(top: Section, order: tuple[int, ...], rules: Rules) -> None:
     for colour in order:
-        if colour not in rules:
+        if colour not in rules.colours:
             name = COLOUR_NAMES[colour]
-            raise section.error(name, f"is missing, but a {name} cube comes on the belt")
-    return rules
+            raise top.error(f"rules.{name}", f"is missing, but a {name} cube comes on the belt")
 
 
 def _scores(section: Section) -> Scores:
@@ -172,7 +157,3 @@ def _fails_at(top: Section, count: int) -> int | None:
     if top.value("fails_at", None) is None:
         return None
     return top.integer("fails_at", 1, count)
-
-
-def _allowed(words: Iterable[str]) -> str:
-    return f"allowed are {', '.join(words)}"

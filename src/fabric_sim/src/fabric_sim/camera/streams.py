@@ -122,9 +122,12 @@ class _Session:
         self._number += 1
         colours = self._rng.choice(list(COLOURS), CUBES[self._scenario]).tolist()
         sorting = self._scenario == "sorting"
-        rules = [SortingRule(c, COLOURS[c] if sorting else "inspected") for c in COLOURS]
+        rules = [
+            SortingRule(colour=c, label=COLOURS[c] if sorting else "inspected") for c in COLOURS
+        ]
         task = TaskState(task_id=self._number, scenario=self._scenario, rules=rules)
         task.cube_colours, task.status = colours, TaskState.RUNNING
+        task.cube_rules, task.load = [list(COLOURS).index(c) for c in colours], 1.0
         self.cell.on_task(task)
         self.cell.set_conveyor(BELT_SPEED, False)
         self._ends = self.cell.now + TASK_TIME
