@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import csv
 import signal
 from pathlib import Path
 
@@ -10,6 +11,8 @@ import pytest
 import rospkg
 import yaml
 from whole_runs import DEADLINE, event_log, headless, run, running, status
+
+from fabric_study.event_journal import JOURNAL_FILE, read_journal
 
 
 def test_the_same_seed_gives_the_same_results_file(tmp_path):
@@ -29,6 +32,26 @@ def test_the_graph_and_the_headless_runner_give_the_same_files(tmp_path, scenari
     told = run(tmp_path / "graph", *words, "record:=false")
     results = (tmp_path / "graph/results.csv").read_text()
     assert (results, event_log(told)) == headless(tmp_path / "headless", *words)
+
+
+def test_a_sequence_to_memorise_runs_in_the_graph_as_without_it(tmp_path):
+    words = ("task:=type_4_memory", "tasks:=1", "seed:=106", "policy:=reactive")
+    words += ("human:=beginner_tired_distracted_collaborative",)
+    told = run(tmp_path / "graph", *words, "scenario:=sorting")
+    results = (tmp_path / "graph/results.csv").read_text()
+    assert (results, event_log(told)) == headless(tmp_path / "headless", *words)
+    scored = [row for row in rows(tmp_path / "graph/events.csv") if row["what"] == "event"]
+    journal = read_journal(tmp_path / "graph" / JOURNAL_FILE)
+    assert [entry["sequence"] for entry in journal.entries] == [int(r["number"]) for r in scored]
+    assert [entry["what"] for entry in journal.entries] == [
+        row["details"].split()[0] for row in scored
+    ]
+    assert any(e["what"] == "subtask_succeeded" and e["by"] == "robot" for e in journal.entries)
+
+
+def rows(path: Path) -> list[dict[str, str]]:
+    with path.open(newline="") as file:
+        return list(csv.DictReader(file))
 
 
 def test_switching_inside_a_task_does_not_depend_on_the_network(tmp_path):

@@ -321,3 +321,69 @@ def test_bad_places_are_refused_by_name():
         fp.MotionConfig.parse(text, "motion.yaml")
     with pytest.raises(fp.ModelError, match="nowhere"):
         fp.MotionAgent("/nowhere.yaml")
+
+
+# -- which tray ------------------------------------------------------------------------------------
+
+
+def tray_of(rules, cube_rules, cube):
+    """Which tray a grasp puts the cube into, or the reason of the refusal."""
+    state = TaskState(task_id=1, status=TaskState.RUNNING, scenario="sorting", rules=rules)
+    state.cube_rules = cube_rules
+    agent = fp.MotionAgent(MOTION)
+    finish(agent, agent.on_task(state))
+    agent.on_conveyor(True)
+    agent.on_cubes(CubeArray(cubes=[cube]))
+    agent.take_ends()
+    log = finish(agent, agent.on_decision("grasp", 1))
+    (end,) = agent.take_ends()
+    if end.outcome != ExecuteRobotActionResult.DONE:
+        return end.reason
+    released = [command.kind for command in log].index(fp.CommandKind.SUCTION_OFF)
+    slot = log[released - 1]
+    return min(TRAYS, key=lambda name: math.dist(TRAYS[name], (slot.x, slot.y)))
+
+
+def picked(number, colour=Cube.COLOUR_RED):
+    return Cube(id=number, colour=colour, where=Cube.WHERE_PICK_POINT, confidence=0.9)
+
+
+TRAYS = {"red": (0.160, -0.285), "green": (0.070, -0.290), "blue": (-0.030, -0.300)}  # m
+SEQUENCE = [SortingRule(label=label) for label in ("green", "blue", "green")]
+MIXED = [
+    SortingRule(colour=Cube.COLOUR_RED, label="green", occurrence=1),
+    SortingRule(colour=Cube.COLOUR_RED, label="blue", occurrence=2),
+    SortingRule(colour=Cube.COLOUR_GREEN, label="red"),
+]
+
+
+@pytest.mark.parametrize("kind", [list, bytes])  # as made by hand, and as rospy reads them
+@pytest.mark.parametrize(("number", "tray"), [(1, "green"), (2, "blue"), (3, "green"), (4, "blue")])
+def test_in_a_sequence_a_cube_goes_where_its_turn_says_whatever_its_colour(kind, number, tray):
+    for colour in (Cube.COLOUR_UNKNOWN, Cube.COLOUR_RED, Cube.COLOUR_BLUE):
+        assert tray_of(SEQUENCE, kind([0, 1, 2, 1]), picked(number, colour)) == tray
+
+
+@pytest.mark.parametrize(("number", "tray"), [(1, "green"), (2, "blue")])
+def test_of_two_cubes_of_a_colour_each_goes_where_its_own_rule_says(number, tray):
+    assert tray_of(MIXED, [0, 1, 2], picked(number)) == tray
+
+
+def test_a_cube_seen_in_another_colour_than_it_has_goes_where_that_colour_belongs():
+    assert tray_of(MIXED, [0, 1, 2], picked(3, Cube.COLOUR_RED)) == "green"
+    assert tray_of(MIXED, [0, 1, 2], picked(1, Cube.COLOUR_GREEN)) == "red"
+
+
+@pytest.mark.parametrize(
+    ("rules", "cube_rules", "cube", "said"),
+    [
+        (SEQUENCE, [0, 1, 2], picked(4), "cube 4 of colour 1"),
+        (SEQUENCE, [0, 7, 2], picked(2), "cube 2 of colour 1"),
+        (SEQUENCE, [], picked(0), "cube 0 of colour 1"),
+        (MIXED, [0, 1, 2], picked(1, Cube.COLOUR_BLUE), "cube 1 of colour 3"),
+        (MIXED, [0, 1, 2], picked(1, Cube.COLOUR_UNKNOWN), "cube 1 of colour 0"),
+        ([SortingRule(label="attic")], [0], picked(1), "cube 1 of colour 1"),
+    ],
+)
+def test_a_cube_without_a_rule_that_names_a_tray_is_refused(rules, cube_rules, cube, said):
+    assert tray_of(rules, cube_rules, cube) == f"no rule names a tray for {said}"

@@ -35,7 +35,7 @@ class ScriptedWorker:
     detected: bool = True
 
     def start_task(self, t, scenario, rng, rules, load):
-        self.told.append(("start_task", scenario, rules))
+        self.told.append(("start_task", scenario, rules, load))
 
     def start_subtask(self, t, item):
         self.told.append(("start_subtask", item))

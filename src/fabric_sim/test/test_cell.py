@@ -23,7 +23,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fabric_dobot_driver import Goal, ToolPose
-from fabric_msgs.msg import Cube, HumanActivity, MoveArmResult, RobotActionState, TaskState
+from fabric_msgs.msg import (
+    Cube,
+    HumanActivity,
+    MoveArmResult,
+    RobotActionState,
+    SortingRule,
+    TaskState,
+)
 from fabric_sim.arm import goal_of
 from fabric_sim.cell import Cell, CellConfig
 from fabric_sim.stock import Place
@@ -75,7 +82,7 @@ def test_a_task_starts_with_the_rules_and_freezes_when_it_ends():
     cell.on_task(state)
     assert cell.running
     run(cell, 1.0)
-    assert worker.told == [("start_task", "sorting", {0: "red", 1: "green", 2: "blue"})]
+    assert worker.told == [("start_task", "sorting", {0: "red", 1: "green", 2: "blue"}, 1.0)]
     cell.on_task(task())
     run(cell, 0.1)
     assert worker.told[1:] == [("start_subtask", ITEMS[R])]
@@ -440,3 +447,30 @@ def test_another_seed_gives_other_messages():
         return [o.activity for o in run(cell, 2.0) if o.activity]
 
     assert record(1) != record(2)
+
+
+def test_a_cube_belongs_where_its_own_rule_says_whatever_its_colour():
+    worker = ScriptedWorker()
+    cell = Cell(CONFIG, worker, 1)
+    state = task(colours=(R, R, R))
+    state.rules = [SortingRule(label="blue"), SortingRule(label="red")]
+    state.cube_rules, state.load = bytes([0, 1, 0]), 0.7  # as rospy reads them
+    cell.on_task(state)
+    cell.set_conveyor(0.05, False)
+    assert worker.told[0] == ("start_task", "sorting", {0: "blue", 1: "red"}, 0.7)
+    for label in ("blue", "blue"):
+        waiting_cube(cell)
+        worker.pick()
+        run(cell, 1.0)
+        worker.place(label)
+        run(cell, 1.0)
+    ends = [told for told in worker.told if told[0] == "end_subtask"]
+    assert ends == [("end_subtask", True, True), ("end_subtask", False, True)]
+
+
+@pytest.mark.parametrize("cube_rules", [[0, 1], [0, 1, 3], []])
+def test_a_task_with_a_cube_that_falls_under_no_rule_is_refused(cube_rules):
+    state = task()
+    state.cube_rules = cube_rules
+    with pytest.raises(ValueError, match="task 1: 3 cubes fall under .* of 3 rules"):
+        Cell(CONFIG, ScriptedWorker(), 1).on_task(state)

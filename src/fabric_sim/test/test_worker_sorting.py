@@ -198,3 +198,31 @@ def test_a_worker_answers_as_the_scenario_of_the_task_says():
     }
     assert answers == pytest.approx(expected)
     assert answers["sorting"] != pytest.approx(answers["inspection"])
+
+
+# -- cognitive load --
+
+
+@pytest.mark.parametrize(("load", "knows"), [(0.0, 1.0), (0.5, 0.75), (1.0, 0.5), (1.5, 0.25)])
+def test_what_is_unknown_at_first_grows_with_the_load(load, knows):
+    memory = RuleMemory(RULES, Character(0.5, 1.0, 0.5, 1.0), MEMORY, load)
+    assert memory.knows(1) == pytest.approx(knows)
+
+
+def test_what_fades_grows_with_the_load_and_never_beyond_all():
+    memory = RuleMemory((1, 2), Character(1.0, 1.0, 0.0, 1.0), replace(MEMORY, forgets=0.4), 2.0)
+    before = memory.knows(2)
+    memory.saw(1, by_person=True)
+    assert memory.knows(2) == pytest.approx(before * (1.0 - 0.8))
+    heavy = RuleMemory((1, 2), Character(1.0, 1.0, 0.0, 1.0), replace(MEMORY, forgets=0.4), 3.0)
+    heavy.saw(1, by_person=True)
+    assert heavy.knows(2) == 0.0
+
+
+@pytest.mark.parametrize("dials", [(0.3, 0.5, 0.7, 0.2), (0.9, 0.1, 0.1, 0.9)])
+def test_a_load_of_one_changes_nothing_at_all(dials):
+    person = Character(*dials)
+    p = PARAMETERS.memory
+    known = p.known - p.inexperience * (1.0 - person.expertise)
+    known -= p.distraction * (1.0 - person.attention)
+    assert RuleMemory(RULES, person, p).knows(1) == max(0.0, known)
