@@ -60,7 +60,7 @@ class Section:
         place = ".".join(str(part) for part in (self._name, key) if part != "")
         return DefinitionError(": ".join(part for part in (self._source, place, text) if part))
 
-    def value(self, key: str, *default: Any) -> Any:
+    def value(self, key: Any, *default: Any) -> Any:
         """Return the raw value of `key`, or the default when one is given."""
         self._read.add(key)
         if key in self._content:
@@ -69,9 +69,10 @@ class Section:
             return default[0]
         raise self.error(key, "is missing")
 
-    def section(self, key: str) -> "Section":
+    def section(self, key: Any) -> "Section":
         """Return the mapping under `key`."""
-        return Section(self._source, ".".join(filter(None, (self._name, key))), self.value(key))
+        name = ".".join(str(part) for part in (self._name, key) if part != "")
+        return Section(self._source, name, self.value(key))
 
     def items(self) -> list[tuple[Any, Any]]:
         """Return all pairs; every key then counts as known."""
