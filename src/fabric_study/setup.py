@@ -2,4 +2,4 @@
 from catkin_pkg.python_setup import generate_distutils_setup
 from setuptools import setup
 
-setup(**generate_distutils_setup(packages=["fabric_study"], package_dir={"": "src"}))
+setup(**generate_distutils_setup(packages=["fabric_study", "fabric_study.web"], package_dir={"": "src"}))
