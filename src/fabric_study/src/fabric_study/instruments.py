@@ -220,10 +220,14 @@ def _labels(section: Section, common: Mapping[int | str, Text]) -> Mapping[int |
                 raise section.error("labels", f"picks {label!r} twice, or it is none of {offered}")
         return {label: common[label] for label in value}
     labels = section.section("labels")
-    for key, _ in labels.items():
-        if isinstance(key, bool) or not isinstance(key, (int, str)):
-            raise labels.error(key, "is no value; it must be a whole number or a word")
-    return {key: text_of(labels, key) for key, _ in labels.items()}
+    return {_label(labels, key): text_of(labels, key) for key, _ in labels.items()}
+
+
+def _label(labels: Section, key: Any) -> int | str:
+    """Return the value that a label is for; JSON has only words as keys."""
+    if isinstance(key, bool) or not isinstance(key, (int, str)):
+        raise labels.error(key, "is no value; it must be a whole number or a word")
+    return int(key) if isinstance(key, str) and re.fullmatch("[0-9]{1,3}", key) else key
 
 
 def _check_labels(section: Section, item: Item) -> None:
