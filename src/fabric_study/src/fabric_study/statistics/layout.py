@@ -18,7 +18,7 @@ def rows_of(frame: pd.DataFrame, value: str, conditions: Sequence[str]) -> pd.Da
     missing = [name for name in (*KEYS, value) if name not in frame.columns]
     if missing:
         raise ValueError(f"the table has no column {', '.join(missing)}")
-    chosen = frame[frame["condition"].isin(conditions)]
+    chosen = frame[frame["condition"].isin(list(conditions))]
     try:
         numbers = pd.to_numeric(chosen[value]).astype(float)
     except (TypeError, ValueError) as error:

@@ -61,7 +61,8 @@ def noncentral_interval(t: float, df: int) -> tuple[float, float]:
 
         return float(optimize.brentq(miss, abs(t) - reach, abs(t) + reach, xtol=1e-12))
 
-    low, high = bound(1.0 - TAIL), bound(TAIL)
+    with np.errstate(divide="ignore"):  # chances too small for a float are zero
+        low, high = bound(1.0 - TAIL), bound(TAIL)
     return (low, high) if t >= 0.0 else (-high, -low)
 
 
@@ -80,18 +81,23 @@ def wilcoxon(differences: ArrayLike) -> Outcome:
         return NoResult(name, f"needs at least two people, there {_are(n)}")
     if not values.any():
         return NoResult(name, f"all {n} differences are zero")
-    doubled = np.rint(2.0 * stats.rankdata(np.abs(values))).astype(int)
-    up = int(doubled[values > 0.0].sum())
-    sides = doubled[values != 0.0]
-    exact = n <= LARGEST_EXACT
-    p = _exact_p(sides, up) if exact else _normal_p(sides, up)
+    up, p = signed_rank(values)
     low, high = bootstrap_interval(values, rank_biserial, BOOTSTRAP_SEED)
     effects = (
         Effect("difference", float(values.mean())),
         Effect("r_rb", float(rank_biserial(values)), low, high),
     )
-    note = "exact" if exact else "normal approximation"
-    return Result(name, n, "W+", up / 2.0, (), p, effects, note)
+    note = "exact" if n <= LARGEST_EXACT else "normal approximation"
+    return Result(name, n, "W+", up, (), p, effects, note)
+
+
+def signed_rank(differences: Floats) -> tuple[float, float]:
+    """Return the rank sum of the positive differences (n,) and its two-sided p, see `wilcoxon`."""
+    doubled = np.rint(2.0 * stats.rankdata(np.abs(differences))).astype(int)
+    up = int(doubled[differences > 0.0].sum())
+    sides = doubled[differences != 0.0]
+    exact = differences.size <= LARGEST_EXACT
+    return up / 2.0, _exact_p(sides, up) if exact else _normal_p(sides, up)
 
 
 def rank_biserial(differences: Floats) -> Floats:
