@@ -23,6 +23,7 @@ from typing import Any
 
 from fabric_study.codes import CODE, new_code
 from fabric_study.instruments import Answer, Item
+from fabric_study.meter import COLUMNS
 from fabric_study.protocol import Step
 from fabric_study.store import Entry, Record
 from fabric_study.study_folder import Study
@@ -273,6 +274,8 @@ class Visit:
         step, attempt = self._step("task"), self.attempt
         if attempt is not None and attempt.row == dict(row):
             return False
+        if tuple(row) != COLUMNS:
+            raise VisitError(f"task of {step.id}: its row must have the columns of results.csv")
         self._record(t, ("task_done", {"step": step.id, "number": step.number, "row": dict(row)}))
         return True
 
