@@ -4,18 +4,31 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from functools import cached_property
 from pathlib import Path
 from types import SimpleNamespace
 
-from fabric_abps import Selector
+import fabric_planner as fp
+from fabric_abps import Policy, Selector
 from fabric_sim.batch_decider import AgentDecider, Decider
 from fabric_sim.batch_files import Files
-from fabric_sim.experiments.long_term_deciders import PreparedDecider
-from fabric_sim.experiments.long_term_shifts import World
+from fabric_sim.experiments.long_term_deciders import Prepared, PreparedDecider
 
 SCENARIO = "sorting"
 ABPS = "abps"
 ALONE = "none"
+
+
+class Ready(Prepared):
+    """A model that never searches, so that nothing is worked out for searches either."""
+
+    @cached_property
+    def agent(self) -> fp.DecisionAgent:
+        """What decides by it."""
+        limits = fp.PlannerOptions(max_nodes=1, preparation=fp.Preparation.QUICK)
+        return fp.DecisionAgent(
+            str(self.path), limits, str(self.map_path), solver="offline", policy=self.solved
+        )
 
 
 class Robots:
@@ -24,17 +37,20 @@ class Robots:
     def __init__(self, policies: Iterable[str], files: Files | None = None) -> None:
         """Prepare `policies`. Raises ValueError naming one that no robot has."""
         self.files = files or Files()
-        self._world = World(SCENARIO, self.files)
+        self._ready: dict[str, Ready] = {}  # by the path of the model
         for policy in sorted(set(policies)):
             self._prepare(policy)
 
     def _prepare(self, policy: str) -> None:
         if policy == ABPS:
             for own in self.selector().library.policies:
-                self._world.prepare(own)
+                self._make_ready(own)
         elif policy != ALONE:
-            path = self._model(policy)
-            self._world.prepare(SimpleNamespace(path=path, name=policy))
+            self._make_ready(SimpleNamespace(path=self._model(policy)))
+
+    def _make_ready(self, policy: Policy | SimpleNamespace) -> None:
+        maps = self.files.share("fabric_planner") / "config"
+        self._ready[str(policy.path)] = Ready.of(policy, maps)
 
     def _model(self, policy: str) -> Path:
         path = self.files.model(policy, SCENARIO)
@@ -51,6 +67,6 @@ class Robots:
         if policy == ALONE:
             return AgentDecider(self.files.agent(self._model(policy)))
         if selector is None:
-            return PreparedDecider(self._world.robots, str(self._model(policy)))
+            return PreparedDecider(self._ready, str(self._model(policy)))
         first = selector.library[selector.library.base].path
-        return PreparedDecider(self._world.robots, str(first))
+        return PreparedDecider(self._ready, str(first))
