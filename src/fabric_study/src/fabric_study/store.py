@@ -15,7 +15,7 @@ import math
 import os
 import socket
 import sqlite3
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import Any, NamedTuple
@@ -43,6 +43,7 @@ COMMIT;
 COLUMNS = "seq, stamp, visit, kind, data, digest"
 
 Entry = tuple[str, Mapping[str, Any]]  # kind, data
+Head = tuple[int, str]  # number and digest of a record
 
 
 class StoreError(ValueError):
@@ -71,19 +72,6 @@ def digest_of(before: str, record: Record) -> str:
     return hashlib.sha256("\n".join(map(str, parts)).encode()).hexdigest()
 
 
-def faults_in_chain(records: Iterable[Record], genesis: str) -> Iterator[str]:
-    """Yield a sentence for each record whose number or digest does not follow the one before."""
-    digest, seq = genesis, 0
-    for record in records:
-        seq += 1
-        if record.seq != seq:
-            yield f"record {seq} is missing: record {record.seq} stands in its place"
-            seq = record.seq
-        elif record.digest != digest_of(digest, record):
-            yield f"record {seq} ({record.kind}) does not fit its digest and the record before it"
-        digest = record.digest
-
-
 def read_records(folder: Path) -> list[Record]:
     """Return all records of a study folder, also while another process writes.
 
@@ -102,12 +90,21 @@ def read_records(folder: Path) -> list[Record]:
         raise StoreError(f"{path}: cannot be read: {error}") from error
 
 
+def sound_records(folder: Path, genesis: str) -> list[Record]:
+    """Return all records of a folder. Raises StoreError naming the first that is damaged."""
+    head = read_head(folder)  # before the records, of which more may come meanwhile
+    records = read_records(folder)
+    for fault in faults_in(records, genesis, head):
+        raise StoreError(f"{folder / STORE_FILE}: {fault}")
+    return records
+
+
 def _all_records(connection: sqlite3.Connection) -> list[Record]:
     rows = connection.execute(f"SELECT {COLUMNS} FROM record ORDER BY seq")
     return [Record(*row) for row in rows]
 
 
-def read_head(folder: Path) -> tuple[int, str]:
+def read_head(folder: Path) -> Head:
     """Return number and digest of the last record that was told of; (0, "") when none was.
 
     Raises StoreError naming a file that says neither.
@@ -121,14 +118,25 @@ def read_head(folder: Path) -> tuple[int, str]:
     return int(words[0]), words[1]
 
 
-def fault_in_head(records: Sequence[Record], folder: Path) -> str:
-    """Return a sentence when the store lacks records that once stood at its end, else nothing."""
-    seq, digest = read_head(folder)
-    if seq > len(records):
-        return f"{HEAD_FILE} tells of {seq} records, there are {len(records)}"
-    if seq and records[seq - 1].digest != digest:
-        return f"{HEAD_FILE} tells of another record {seq}"
-    return ""
+def faults_in(records: Sequence[Record], genesis: str, head: Head) -> Iterator[str]:
+    """Yield a sentence for each place where something is missing, changed or slipped in.
+
+    `genesis` stands before the first record; `head` is what `read_head` gave before the reading.
+    """
+    digest, seq = genesis, 0
+    for record in records:
+        seq += 1
+        if record.seq != seq:
+            yield f"record {seq} is missing; {record.seq} follows {seq - 1}"
+            seq = record.seq
+        elif record.digest != digest_of(digest, record):
+            yield f"record {seq} ({record.kind}) does not fit its digest and the record before it"
+        digest = record.digest
+    last, digest = head
+    if last > seq:
+        yield f"{HEAD_FILE} tells of {last} records, the last one is {seq}"
+    elif last and digest not in {record.digest for record in records if record.seq == last}:
+        yield f"{HEAD_FILE} tells of another record {last}"
 
 
 class Store:
@@ -181,8 +189,7 @@ class Store:
             records = _all_records(self._connection)
         except sqlite3.Error as error:
             raise StoreError(f"{self._path}: cannot be read: {error}") from error
-        faults = [*faults_in_chain(records, genesis), fault_in_head(records, self.folder)]
-        for fault in filter(None, faults):
+        for fault in faults_in(records, genesis, read_head(self.folder)):
             raise StoreError(f"{self._path}: {fault}")
         return records
 

@@ -18,7 +18,7 @@ import pandas as pd
 from fabric_study.meter import COLUMNS
 from fabric_study.protocol import Protocol
 from fabric_study.results import INTEGERS, WORDS
-from fabric_study.store import Record, StoreError, fault_in_head, faults_in_chain, read_records
+from fabric_study.store import Record, StoreError, sound_records
 from fabric_study.study_folder import StudyInfo, read_study
 from fabric_study.visit_state import VisitError, VisitState
 
@@ -58,11 +58,7 @@ def load_study(folder: Path | str) -> StudyData:
     """
     folder = Path(folder)
     info = read_study(folder)
-    records = read_records(folder)
-    faults = [*faults_in_chain(records, info.genesis), fault_in_head(records, folder)]
-    for fault in filter(None, faults):
-        raise StoreError(f"{folder}: {fault}")
-    states = replayed(info, records)
+    states = replayed(info, sound_records(folder, info.genesis))
     people = [_person(person, state, info.protocol) for person, state in states.items()]
     tasks = [row for person, state in states.items() for row in _tasks(person, state)]
     answers = [
