@@ -43,7 +43,7 @@ class Item:
     reverse: bool  # agreement speaks against what the category is named after
 
     def checked(self, value: Any) -> Answer:
-        """Return `value` as it is stored; None is a missing answer.
+        """Return `value` as it is stored; None, or a blank text, is a missing answer.
 
         Raises ValueError naming the item and a value that it does not offer.
         """
@@ -57,12 +57,12 @@ class Item:
             return self._checked_text(value)
         return self._checked_number(value)
 
-    def _checked_text(self, value: Any) -> str:
+    def _checked_text(self, value: Any) -> str | None:
         if not isinstance(value, str) or len(value) > self.high:
             raise ValueError(f"{self.id}: must be a text of at most {self.high:g} characters")
         if any(0xD800 <= ord(character) <= 0xDFFF for character in value):
             raise ValueError(f"{self.id}: the text holds half of a character")
-        return value
+        return value if value.strip() else None
 
     def _checked_number(self, value: Any) -> float:
         if isinstance(value, bool) or not isinstance(value, (int, float)):

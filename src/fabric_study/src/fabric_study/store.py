@@ -72,8 +72,8 @@ def digest_of(before: str, record: Record) -> str:
     return hashlib.sha256("\n".join(map(str, parts)).encode()).hexdigest()
 
 
-def read_records(folder: Path) -> list[Record]:
-    """Return all records of a study folder, also while another process writes.
+def read_records(folder: Path, after: int = 0) -> list[Record]:
+    """Return the records of a study folder behind number `after`, also while another writes.
 
     Raises StoreError naming a file that is missing or no store.
     """
@@ -83,7 +83,7 @@ def read_records(folder: Path) -> list[Record]:
     try:
         connection = sqlite3.connect(f"{path.resolve().as_uri()}?mode=ro", uri=True)
         try:
-            return _all_records(connection)
+            return _records(connection, after)
         finally:
             connection.close()
     except sqlite3.Error as error:
@@ -99,8 +99,8 @@ def sound_records(folder: Path, genesis: str) -> list[Record]:
     return records
 
 
-def _all_records(connection: sqlite3.Connection) -> list[Record]:
-    rows = connection.execute(f"SELECT {COLUMNS} FROM record ORDER BY seq")
+def _records(connection: sqlite3.Connection, after: int = 0) -> list[Record]:
+    rows = connection.execute(f"SELECT {COLUMNS} FROM record WHERE seq > ? ORDER BY seq", (after,))
     return [Record(*row) for row in rows]
 
 
@@ -186,7 +186,7 @@ class Store:
 
     def _sound_records(self, genesis: str) -> list[Record]:
         try:
-            records = _all_records(self._connection)
+            records = _records(self._connection)
         except sqlite3.Error as error:
             raise StoreError(f"{self._path}: cannot be read: {error}") from error
         for fault in faults_in(records, genesis, read_head(self.folder)):
