@@ -2,4 +2,5 @@
 from catkin_pkg.python_setup import generate_distutils_setup
 from setuptools import setup
 
-setup(**generate_distutils_setup(packages=["fabric_study"], package_dir={"": "src"}))
+packages = ["fabric_study", "fabric_study.statistics", "fabric_study.web"]
+setup(**generate_distutils_setup(packages=packages, package_dir={"": "src"}))

@@ -31,8 +31,8 @@ from fabric_msgs.msg import (
 )
 
 DEADLINE = 200.0  # s, wall time for any one condition
-NODES = {"cell", "camera", "tracking", "gesture", "head", "observation", "decision", "motion"}
-NODES |= {"task", "recorder"}
+NODES = {"cell", "cell_camera", "head_camera", "tracking", "gesture", "head", "observation"}
+NODES |= {"decision", "motion", "task", "recorder"}
 PICTURES = {  # by the camera_info of the same stamp, which is lighter to listen to
     "cell/camera/rgb/camera_info": "cell/camera/rgb/image_raw",
     "head/camera/camera_info": "head/camera/image_raw",

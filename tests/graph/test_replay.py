@@ -7,15 +7,12 @@ import json
 import os
 import re
 import signal
-import subprocess
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
 import rosbag
+from whole_runs import running
 
-from fabric_bringup import ports
 from fabric_msgs.msg import Decision, Observation, TaskState
 
 DEADLINE = 120  # s, wall time for a whole replay
@@ -36,34 +33,9 @@ time_s,source,looking_around,detected,grasp_attempt,warning,idle,task_success,ta
 """
 
 
-@contextmanager
-def replaying(folder: Path, recording: Path, *words: str) -> Iterator[subprocess.Popen]:
-    """replay.launch with a master of its own; what it says is on stdout."""
-    port = ports.any_free()
-    environment = os.environ | {
-        "ROS_MASTER_URI": f"http://localhost:{port}",
-        "ROS_HOSTNAME": "localhost",
-        "ROS_LOG_DIR": str(folder / "log"),
-    }
-    launch = ["roslaunch", "--no-summary", "--skip-log-check", "-p", str(port), "fabric_bringup"]
-    files = [f"file:={recording}", f"out_dir:={folder}"]
-    process = subprocess.Popen(
-        [*launch, "replay.launch", *files, *words],
-        env=environment,
-        text=True,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-    )
-    try:
-        yield process
-    finally:
-        process.send_signal(signal.SIGINT)
-        process.wait(DEADLINE)
-
-
 def replay(folder: Path, recording: Path, *words: str) -> str:
     """A replay to its end; returns what it said."""
-    with replaying(folder, recording, *words) as process:
+    with running(folder, f"file:={recording}", *words, launch="replay") as process:
         told, _ = process.communicate(timeout=DEADLINE)
     return told
 
@@ -119,7 +91,8 @@ def test_a_model_that_cannot_run_ends_the_replay_with_the_reason(tmp_path, trial
 
 
 def test_the_death_of_the_decision_node_ends_the_replay_with_a_sentence(tmp_path, trial):
-    with replaying(tmp_path / "out", trial, "speed:=1") as process:
+    words = (f"file:={trial}", "speed:=1")
+    with running(tmp_path / "out", *words, launch="replay") as process:
         told, pid = "", None
         while pid is None or " task_assigned_to_human " not in told:  # they come in either order
             told += process.stdout.readline() or pytest.fail(told)

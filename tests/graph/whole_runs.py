@@ -14,7 +14,7 @@ from pathlib import Path
 
 from fabric_bringup import arguments, ports
 
-DEADLINE = 240  # s, wall time for a whole run
+DEADLINE = 400  # s, wall time for a whole run
 
 
 @contextmanager
@@ -38,9 +38,9 @@ def running(folder: Path, *words: str, launch: str = "sim") -> Iterator[subproce
         process.wait(DEADLINE)
 
 
-def run(folder: Path, *words: str) -> str:
+def run(folder: Path, *words: str, launch: str = "sim") -> str:
     """A run to its end; returns what it said."""
-    with running(folder, *words) as process:
+    with running(folder, *words, launch=launch) as process:
         told, _ = process.communicate(timeout=DEADLINE)
     assert status(folder) == "finished", told
     return told

@@ -13,7 +13,7 @@ PACKAGES = {path.parent.name: path.parent for path in sorted(ROOT.glob("src/*/pa
     "fabric_bringup": ROOT / "launch",
     "fabric_tests": ROOT / "tests",
 }
-SHARED = {"arm_action", "traffic"}
+SHARED = {"arm_action", "camera_listener", "traffic"}
 LEFT_OUT = {"__pycache__", ".hypothesis", ".pytest_cache", ".ruff_cache"}
 
 

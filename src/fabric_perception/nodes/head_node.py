@@ -4,22 +4,21 @@
 
 import cv2
 import rospy
-import tf2_ros
 from geometry_msgs.msg import Point, Pose, Quaternion
-from sensor_msgs.msg import CameraInfo, Image
-from tf2_msgs.msg import TFMessage
+from sensor_msgs.msg import Image
 
 from fabric_msgs.msg import HeadState
 from fabric_msgs.settings import settings_from
 from fabric_msgs.traffic import PICTURES, Traffic
 from fabric_perception.camera import Camera
+from fabric_perception.camera_listener import CameraListener
 from fabric_perception.camera_poses import PARENT, quaternion_of
 from fabric_perception.head.helmet import Helmet, load_helmet
 from fabric_perception.head.overlay import draw_overlay
 from fabric_perception.head.parameters import HeadParameters
 from fabric_perception.head.tracker import HeadPercept, HeadTracker
 from fabric_perception.images import colour_of, fill, grey_of
-from fabric_perception.picture_input import CameraSource, PictureTimes, StampError
+from fabric_perception.picture_input import PictureTimes, StampError
 
 IMAGE, INFO = "head/camera/image_raw", "head/camera/camera_info"
 OVERLAY = "head/camera/overlay"
@@ -34,37 +33,14 @@ class HeadNode:
         self._camera: Camera | None = None
         self._tracker: HeadTracker | None = None
         self._times = PictureTimes(parameters.picture_age)
-        frames = tf2_ros.Buffer()
-        self._listener = tf2_ros.TransformListener(frames)
-        self._infos = 0
-        self._source = CameraSource(
-            rospy.resolve_name(INFO),
-            lambda frame: frames.lookup_transform(PARENT, frame, rospy.Time()),
-            tf2_ros.TransformException,
-        )
         self._traffic = Traffic("head")
         self._heads = self._traffic.publisher("human/head", HeadState)
         self._overlay = rospy.Publisher(OVERLAY, Image, queue_size=1)
-        self._listen_to_camera()
+        self._source = CameraListener(self._traffic, INFO, self._forget_camera)
         self._traffic.subscribe(IMAGE, Image, self._on_image, **PICTURES)
 
-    def _listen_to_camera(self) -> None:
-        locked = self._traffic.serialised
-        self._traffic.declare_handled(INFO)
-        rospy.Subscriber(INFO, CameraInfo, locked(self._on_info), tcp_nodelay=True)
-        # rospy calls the subscribers of a topic in their order: the listener's, then this
-        rospy.Subscriber("/tf_static", TFMessage, locked(lambda _: self._count_infos()))
-
-    def _on_info(self, info: CameraInfo) -> None:
-        if self._source.told(info):
-            self._camera = self._tracker = None
-        self._infos += 1
-        self._count_infos()
-
-    def _count_infos(self) -> None:
-        """A calibration is dealt with when it is known, too, where the camera is."""
-        if self._source.placed():
-            self._traffic.handled(INFO, self._infos)
+    def _forget_camera(self) -> None:
+        self._camera = self._tracker = None
 
     def _on_image(self, message: Image) -> None:
         t = message.header.stamp.to_sec()

@@ -6,11 +6,9 @@ import cv2
 import diagnostic_updater
 import message_filters
 import rospy
-import tf2_ros
 from geometry_msgs.msg import PoseStamped
-from sensor_msgs.msg import CameraInfo, Image
+from sensor_msgs.msg import Image
 from std_msgs.msg import Header
-from tf2_msgs.msg import TFMessage
 
 from fabric_msgs.msg import (
     ContainerArray,
@@ -22,9 +20,10 @@ from fabric_msgs.msg import (
 )
 from fabric_msgs.settings import settings_from
 from fabric_msgs.traffic import PICTURES, Traffic
+from fabric_perception.camera_listener import CameraListener
 from fabric_perception.camera_poses import PARENT
 from fabric_perception.images import colour_of, depth_of, fill
-from fabric_perception.picture_input import CameraSource, PictureTimes
+from fabric_perception.picture_input import PictureTimes
 from fabric_perception.tracking.colours import Palette
 from fabric_perception.tracking.health import Health
 from fabric_perception.tracking.overlay import draw_overlay
@@ -53,14 +52,6 @@ class TrackingNode:
         self._weighs = scales is not None
         self._times = PictureTimes(parameters.stale_after)
         self._health = Health()
-        frames = tf2_ros.Buffer()
-        self._listener = tf2_ros.TransformListener(frames)
-        self._infos = 0
-        self._source = CameraSource(
-            rospy.resolve_name(INFO),
-            lambda frame: frames.lookup_transform(PARENT, frame, rospy.Time()),
-            tf2_ros.TransformException,
-        )
         self._traffic = Traffic("tracking")
         self._advertise()
         self._listen()
@@ -76,11 +67,7 @@ class TrackingNode:
         rospy.Timer(rospy.Duration(1.0), lambda _: self._diagnostics.update())
 
     def _listen(self) -> None:
-        locked = self._traffic.serialised
-        self._traffic.declare_handled(INFO)
-        rospy.Subscriber(INFO, CameraInfo, locked(self._on_info), tcp_nodelay=True)
-        # rospy calls the subscribers of a topic in their order: the listener's, then this
-        rospy.Subscriber("/tf_static", TFMessage, locked(lambda _: self._count_infos()))
+        self._source = CameraListener(self._traffic, INFO, self._session.forget_camera)
         self._traffic.subscribe("arm/tcp", PoseStamped, self._on_cup)
         self._traffic.subscribe("conveyor/state", ConveyorState, self._on_conveyor)
         self._traffic.subscribe("task/state", TaskState, self._on_task)
@@ -94,17 +81,6 @@ class TrackingNode:
         self._traffic.subscribe(DEPTH, Image, depths.signalMessage, **PICTURES)
 
     # -- what it is told ------------------------------------------------------------------------
-
-    def _on_info(self, info: CameraInfo) -> None:
-        if self._source.told(info):
-            self._session.forget_camera()
-        self._infos += 1
-        self._count_infos()
-
-    def _count_infos(self) -> None:
-        """A calibration is dealt with when it is known, too, where the camera is."""
-        if self._source.placed():
-            self._traffic.handled(INFO, self._infos)
 
     def _on_cup(self, pose: PoseStamped) -> None:
         at = pose.pose.position

@@ -49,8 +49,11 @@ class Scene:
         if cube:
             self.event(TaskEvent.SUBTASK_STARTED)
 
-    def event(self, kind: int, by: int = TaskEvent.BY_NOBODY) -> list[Observation]:
-        made = self.agent.on_task_event(self.t, event(kind, by, self.task_id))
+    def event(
+        self, kind: int, by: int = TaskEvent.BY_NOBODY, ahead: float = 0.0
+    ) -> list[Observation]:
+        """A task event; it is so many s ahead of the percepts."""
+        made = self.agent.on_task_event(self.t + ahead, event(kind, by, self.task_id))
         self.seen += made
         return made
 

@@ -4,7 +4,7 @@
 import math
 
 import pytest
-from scene import GRASP, IDLE, OTHER, WARN, Scene, activity, event, head
+from scene import GRASP, IDLE, OTHER, STEP, WARN, Scene, activity, event, head
 
 from fabric_msgs.msg import Observation, TaskEvent, TaskState
 from fabric_perception.observation_agent import ObservationAgent
@@ -179,11 +179,23 @@ def test_an_aborted_task_ends_without_an_observation():
 def test_a_warning_by_the_fast_road_is_one_interrupt():
     scene = Scene()
     scene.percepts(IDLE)
-    assert scene.event(TaskEvent.WARNING, PERSON) == []
+    assert scene.event(TaskEvent.WARNING, PERSON, ahead=STEP) == []
     (observation,) = scene.percepts(IDLE, 1)
     assert observation.trigger == WARNING
     assert flags(observation) == "001001000"
     assert scene.percepts(WARN, 20) == []
+
+
+def test_a_warning_whose_percepts_were_here_before_it_does_not_wait_for_others():
+    early, late = Scene(), Scene()
+    for scene in (early, late):
+        scene.percepts(IDLE)
+    early.event(TaskEvent.WARNING, PERSON, ahead=STEP)
+    early.percepts(IDLE)
+    late.percepts(IDLE)
+    (observation,) = late.event(TaskEvent.WARNING, PERSON)
+    assert observation == early.seen[-1]
+    assert late.percepts(WARN, 20) == early.percepts(WARN, 20) == []
 
 
 def test_a_warning_seen_first_is_not_interrupted_again_by_the_fast_road():
@@ -196,16 +208,16 @@ def test_a_warning_seen_first_is_not_interrupted_again_by_the_fast_road():
 def test_a_warning_that_the_classifier_is_slow_to_see_is_still_one():
     scene = Scene()
     scene.percepts(IDLE)
-    scene.event(TaskEvent.WARNING, PERSON)
+    scene.event(TaskEvent.WARNING, PERSON, ahead=STEP)
     assert triggers(scene.percepts(IDLE, 8) + scene.percepts(WARN, 15)) == [WARNING]
 
 
 def test_the_end_of_a_warning_is_a_change_and_the_next_one_interrupts_again():
     scene = Scene()
     scene.percepts(IDLE)
-    scene.event(TaskEvent.WARNING, PERSON)
+    scene.event(TaskEvent.WARNING, PERSON, ahead=STEP)
     assert triggers(scene.percepts(WARN, 15) + scene.percepts(IDLE, 2)) == [WARNING, CHANGE]
-    scene.event(TaskEvent.WARNING, PERSON)
+    scene.event(TaskEvent.WARNING, PERSON, ahead=STEP)
     assert triggers(scene.percepts(WARN, 5)) == [WARNING]
 
 

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""The cameras of the pretend cell as a node: scenes in, pictures out.
+"""One camera of the pretend cell as a node: scenes in, pictures out.
 
 Renders in the main thread, to which the graphics context belongs. Scenes that come faster than
 they can be drawn are passed over, all but the newest; with a cell that waits none is lost.
@@ -23,11 +23,9 @@ from fabric_sim.camera.parameters import TICK_RATE, CameraParameters, Lens
 from fabric_sim.camera.renderer import CellRenderer
 
 SCENE = "sim/scene"
-COLOUR, DEPTH, HEAD = "cell/camera/rgb", "cell/camera/depth", "head/camera"
-PICTURES = {
-    COLOUR: "cell/camera/rgb/image_raw",
-    DEPTH: "cell/camera/depth/image",
-    HEAD: "head/camera/image_raw",
+PICTURES = {  # by camera: the name of each stream and its topic
+    "cell": {"cell/camera/rgb": "image_raw", "cell/camera/depth": "image"},
+    "head": {"head/camera": "image_raw"},
 }
 PATIENCE = 0.5  # s of wall time between looks at whether to end
 
@@ -35,24 +33,25 @@ PATIENCE = 0.5  # s of wall time between looks at whether to end
 class CameraNode:
     """Draws scenes as they come."""
 
-    def __init__(self, renderer: CellRenderer, parameters: CameraParameters) -> None:
-        self._renderer, self._parameters = renderer, parameters
-        self._lenses = {COLOUR: parameters.cell, DEPTH: parameters.cell, HEAD: parameters.head}
+    def __init__(self, camera: str, renderer: CellRenderer, parameters: CameraParameters) -> None:
+        self._every = parameters.every
+        self._lens: Lens = getattr(parameters, camera)
+        self._render = renderer.render_cell if camera == "cell" else renderer.render_head
         self._scenes: deque[SimScene] = deque()
-        self._traffic = Traffic("camera")
+        self._traffic = Traffic(f"{camera}_camera")
         self._arrived = threading.Condition(self._traffic.lock)
         self._pictures = {
-            name: self._traffic.publisher(topic, Image) for name, topic in PICTURES.items()
+            name: self._traffic.publisher(f"{name}/{topic}", Image)
+            for name, topic in PICTURES[camera].items()
         }
         self._infos = {
             name: self._traffic.publisher(f"{name}/camera_info", CameraInfo, latch=True)
-            for name in PICTURES
+            for name in PICTURES[camera]
         }
-        for name, lens in self._lenses.items():
-            self._infos[name].publish(messages.camera_info(rospy.Time(), lens))
+        for info in self._infos.values():
+            info.publish(messages.camera_info(rospy.Time(), self._lens))
         self._frames = tf2_ros.StaticTransformBroadcaster()
-        lenses = (parameters.cell, parameters.head)
-        self._frames.sendTransform([messages.place_of(lens) for lens in lenses])
+        self._frames.sendTransform(messages.place_of(self._lens))
         self._traffic.declare_handled(SCENE)
         rospy.Subscriber(SCENE, SimScene, self._take, tcp_nodelay=True)
 
@@ -84,18 +83,18 @@ class CameraNode:
 
     def _due(self, scene: SimScene) -> bool:
         tick = round(scene.header.stamp.to_sec() * TICK_RATE)
-        return tick % self._parameters.every == 0
+        return tick % self._every == 0
 
     def _draw(self, scene: SimScene) -> None:
         stamp = scene.header.stamp
-        frame = self._renderer.render(messages.scene_of_message(scene))
-        for name, picture in zip(PICTURES, frame, strict=True):
-            self._publish(name, stamp, self._lenses[name], picture)
+        seen = self._render(messages.scene_of_message(scene))
+        for name, picture in zip(self._pictures, seen, strict=True):
+            self._publish(name, stamp, picture)
 
-    def _publish(self, name: str, stamp: Any, lens: Lens, picture: Any) -> None:
+    def _publish(self, name: str, stamp: Any, picture: Any) -> None:
         """The calibration first: who has the picture has it too."""
-        self._infos[name].publish(messages.camera_info(stamp, lens))
-        self._pictures[name].publish(messages.image(stamp, lens, picture))
+        self._infos[name].publish(messages.camera_info(stamp, self._lens))
+        self._pictures[name].publish(messages.image(stamp, self._lens, picture))
 
 
 def main() -> int:
@@ -109,7 +108,7 @@ def main() -> int:
     except ValueError as error:
         rospy.logfatal("%s", error)
         return 2
-    CameraNode(renderer, parameters).run()
+    CameraNode(p.camera, renderer, parameters).run()
     renderer.close()
     return 0
 

@@ -174,6 +174,6 @@ def test_with_cameras_perception_is_waited_for():
     assert who["human/activity"] == "gesture"
     assert who["cell/cubes"] == "tracking"
     assert who["conveyor/state"] == who["sim/scene"] == CELL
-    Quiescence(["camera", "tracking", "gesture", "head", "task"], CAMERA_EDGES)
-    with pytest.raises(ValueError, match="expected node 'camera'"):
-        Quiescence(["camera"])
+    Quiescence(["cell_camera", "head_camera", "tracking", "gesture", "head", "task"], CAMERA_EDGES)
+    with pytest.raises(ValueError, match="expected node 'cell_camera'"):
+        Quiescence(["cell_camera"])

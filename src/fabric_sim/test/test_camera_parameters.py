@@ -13,6 +13,7 @@ from fabric_sim.cell_parameters import ParameterError
 from fabric_sim.entries import ConfigError
 
 NODE = {
+    "camera": "head",
     "seed": 1,
     "cell_file": "cell.yaml",
     "limits_file": "magician.yaml",
@@ -84,6 +85,8 @@ def test_the_node_wants_every_file(key):
 
 
 def test_the_node_refuses_what_it_does_not_know():
+    with pytest.raises(ParameterError, match="/camera/camera is 'tail', want one of cell, head"):
+        CameraNodeParameters.load(NODE | {"camera": "tail"}, "/camera")
     with pytest.raises(ParameterError, match="/camera/colour is not known"):
         CameraNodeParameters.load(NODE | {"colour": 1}, "/camera")
 

@@ -119,11 +119,12 @@ def test_a_run_waits_until_every_camera_is_known_to_who_takes_its_pictures():
     graph = Quiescence(nodes, CAMERA_EDGES)
     for node in nodes:
         graph.heard(node, counts(node, CAMERA_EDGES))
-    told = {"cell__camera__rgb__camera_info": 1, "head__camera__camera_info": 1}
-    graph.heard("camera", counts("camera", CAMERA_EDGES, **told))
-    graph.heard("head", counts("head", CAMERA_EDGES, head__camera__camera_info=1))
+    told = {"cell": {"cell__camera__rgb__camera_info": 1}, "head": {"head__camera__camera_info": 1}}
+    for name, told_by in told.items():
+        graph.heard(f"{name}_camera", counts(f"{name}_camera", CAMERA_EDGES, **told_by))
+    graph.heard("head", counts("head", CAMERA_EDGES, **told["head"]))
     assert graph.missing() == [
-        "node tracking has not handled 1 message(s) of cell/camera/rgb/camera_info from camera"
+        "node tracking has not handled 1 message(s) of cell/camera/rgb/camera_info from cell_camera"
     ]
-    graph.heard("tracking", counts("tracking", CAMERA_EDGES, **told))
+    graph.heard("tracking", counts("tracking", CAMERA_EDGES, **told["cell"]))
     assert graph.missing() == []

@@ -6,10 +6,10 @@ from html.parser import HTMLParser
 import pytest
 from test_results import row
 
-from fabric_study.figure import moving_average
 from fabric_study.report import main
 from fabric_study.results import ResultsWriter
 from fabric_study.run_record import RunRecord
+from fabric_study.statistics.descriptive import moving_average
 
 
 def fill(folder, *rows):

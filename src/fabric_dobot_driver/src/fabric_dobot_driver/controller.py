@@ -27,7 +27,7 @@ class _Look:
 
     period: float
     act: Act
-    wanted: Callable[[], bool]
+    wanted: Callable[[], bool] = lambda: True
     due: float = 0.0
 
 
@@ -58,12 +58,11 @@ class Controller:
         self.port = ""
         self.answers_lost = 0
         s = settings
-        always = lambda: True  # noqa: E731
         self._looks = [
-            _Look(1.0 / s.pose_rate, arm.look_at_pose, always),
+            _Look(1.0 / s.pose_rate, arm.look_at_pose),
             _Look(1.0 / s.index_rate, arm.look_at_queue, lambda: arm.watching),
-            _Look(1.0 / s.alarm_rate, arm.look_at_alarms, always),
-            _Look(1.0 / s.infrared_rate, belt.look_at_sensor, always),
+            _Look(1.0 / s.alarm_rate, arm.look_at_alarms),
+            _Look(1.0 / s.infrared_rate, belt.look_at_sensor),
         ]
 
     # -- from any thread ------------------------------------------------------------------------

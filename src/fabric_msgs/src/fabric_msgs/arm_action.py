@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The server's side of the action `arm/move`, whatever arm is behind it."""
 
+from abc import ABC, abstractmethod
+
 import actionlib
 from actionlib import GoalStatus, ServerGoalHandle
 from actionlib_msgs.msg import GoalID
@@ -10,7 +12,7 @@ from fabric_msgs.msg import MoveArmAction, MoveArmResult
 REFUSED = (MoveArmResult.INVALID, MoveArmResult.UNREACHABLE)
 
 
-class MoveArmServer(actionlib.ActionServer):
+class MoveArmServer(actionlib.ActionServer, ABC):
     """Call `start` when ready. To be written: `on_goal` and `on_cancel`, which never wait.
 
     A cancellation that overtakes its goal is kept until the goal is there; the action library would
@@ -21,13 +23,13 @@ class MoveArmServer(actionlib.ActionServer):
         self._early: set[str] = set()  # ids of goals whose cancellation overtook them
         super().__init__("arm/move", MoveArmAction, self._on_goal, self.on_cancel, False)
 
+    @abstractmethod
     def on_goal(self, handle: ServerGoalHandle) -> bool:
         """Take a goal; return False when it was refused."""
-        raise NotImplementedError
 
+    @abstractmethod
     def on_cancel(self, handle: ServerGoalHandle) -> None:
         """Stop a goal that was taken; its end is told later."""
-        raise NotImplementedError
 
     def internal_cancel_callback(self, goal_id: GoalID) -> None:
         """Called by the action library with every cancellation."""

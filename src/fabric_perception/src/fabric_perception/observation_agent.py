@@ -56,7 +56,7 @@ class ObservationAgent:
         elif event.kind in SUBTASK_END:
             return self._on_subtask_end(t, event)
         elif event.kind == TaskEvent.WARNING:
-            self._on_warning(t)
+            return self._on_warning(t)
         elif event.kind in TASK_END:
             return self._on_task_end(t, event)
         elif event.kind == TaskEvent.TASK_ABORTED:
@@ -83,6 +83,11 @@ class ObservationAgent:
             self._warning_told = False
         hold = t < self._warning_held_until - RESOLUTION
         self._recogniser.take(reading, age, hold)
+        self._read_at = t
+        return self._conclude(t, before)
+
+    def _conclude(self, t: float, before: Behaviour | None) -> list[Observation]:
+        """Compare what is believed now with what was before; return what that makes due."""
         now = self._recogniser.behaviour
         assert now is not None  # the recogniser believes its first percept
         failures = self._subtask.failed_attempts
@@ -115,8 +120,9 @@ class ObservationAgent:
         self._ended = 0
         self._pending: Observation | None = None
         self._time = -math.inf
-        self._last_observation = -math.inf
-        self._warning_held_until = -math.inf
+        self._read_at = -math.inf
+        self._last_observation: float = -math.inf
+        self._warning_held_until: float = -math.inf
         self._warning_told = False
 
     def _advance(self, t: float) -> float:
@@ -162,10 +168,17 @@ class ObservationAgent:
             return Observation.TRIGGER_TIMEOUT
         return None
 
-    def _on_warning(self, t: float) -> None:
-        """The fast road holds the arm at once; the next percepts carry the observation."""
+    def _on_warning(self, t: float) -> list[Observation]:
+        """The fast road holds the arm at once; the percepts of the moment carry the observation,
+        or have been here: then it does not wait for others.
+        """
         self._warning_held_until = t + self._parameters.warning_hold
-        self._warning_told = True
+        if self._read_at < t:
+            self._warning_told = True
+            return []
+        before = self._recogniser.behaviour
+        self._recogniser.force_warning()
+        return self._conclude(t, before)
 
     def _on_subtask_end(self, t: float, event: TaskEvent) -> list[Observation]:
         observation = self._fill(t, Observation.TRIGGER_SUBTASK)

@@ -46,16 +46,16 @@ _SEEN = {  # who says it when cameras see the cell: topic, publisher
     "human/head": "head",
 }
 _CAMERA_TABLE = (
-    (CELL, "sim/scene", "camera"),
+    (CELL, "sim/scene", "cell_camera head_camera"),
     (CELL, "arm/tcp", "tracking motion"),
     (CELL, "sensors/load_cells", "tracking"),
     (CELL, "conveyor/state", "tracking"),
     ("task", "task/state", "tracking"),
-    ("camera", "cell/camera/rgb/camera_info", "tracking"),
-    ("camera", "head/camera/camera_info", "head"),
-    ("camera", "cell/camera/rgb/image_raw", "tracking"),
-    ("camera", "cell/camera/depth/image", "tracking"),
-    ("camera", "head/camera/image_raw", "head"),
+    ("cell_camera", "cell/camera/rgb/camera_info", "tracking"),
+    ("head_camera", "head/camera/camera_info", "head"),
+    ("cell_camera", "cell/camera/rgb/image_raw", "tracking"),
+    ("cell_camera", "cell/camera/depth/image", "tracking"),
+    ("head_camera", "head/camera/image_raw", "head"),
     ("tracking", "human/hand", "gesture motion"),
     ("tracking", "cell/cubes", "gesture"),
 )

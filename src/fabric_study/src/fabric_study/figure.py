@@ -10,6 +10,7 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402  # the back end is chosen first
 
 from fabric_study.results import Row, by_policy, column, mean_interval  # noqa: E402
+from fabric_study.statistics.descriptive import moving_average  # noqa: E402
 
 PANELS = (
     ("discounted_reward", "discounted reward"),
@@ -18,14 +19,6 @@ PANELS = (
 )
 STYLE = {"svg.hashsalt": "fabric", "font.size": 9, "axes.spines.top": False}
 WINDOW = 10  # tasks
-
-
-def moving_average(values: Sequence[float], window: int = WINDOW) -> list[float]:
-    """Return the mean of the last `window` values up to each one."""
-    return [
-        sum(values[max(0, end - window) : end]) / min(end, window)
-        for end in range(1, len(values) + 1)
-    ]
 
 
 def svg_of(figure: plt.Figure) -> str:
@@ -53,7 +46,7 @@ def _draw_course(axes: plt.Axes, rows: Sequence[Row], name: str, title: str) -> 
         values = column(group, name)
         tasks = range(1, len(values) + 1)
         axes.plot(tasks, values, ".", color=f"C{index}", alpha=0.35)
-        axes.plot(tasks, moving_average(values), color=f"C{index}", label=policy)
+        axes.plot(tasks, moving_average(values, WINDOW), color=f"C{index}", label=policy)
     axes.set_title(title)
     axes.set_xlabel(f"task (line: mean of the last {WINDOW})")
 

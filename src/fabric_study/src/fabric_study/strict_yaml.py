@@ -55,12 +55,17 @@ class Section:
         self._content = content
         self._read: set[Any] = set()
 
+    @property
+    def content(self) -> dict[Any, Any]:
+        """The mapping as it was read, unchecked."""
+        return dict(self._content)
+
     def error(self, key: Any, text: str) -> DefinitionError:
         """Return the complaint `text` about `key` of this mapping, ready to be raised."""
         place = ".".join(str(part) for part in (self._name, key) if part != "")
         return DefinitionError(": ".join(part for part in (self._source, place, text) if part))
 
-    def value(self, key: str, *default: Any) -> Any:
+    def value(self, key: Any, *default: Any) -> Any:
         """Return the raw value of `key`, or the default when one is given."""
         self._read.add(key)
         if key in self._content:
@@ -69,9 +74,18 @@ class Section:
             return default[0]
         raise self.error(key, "is missing")
 
-    def section(self, key: str) -> "Section":
+    def section(self, key: Any) -> "Section":
         """Return the mapping under `key`."""
-        return Section(self._source, ".".join(filter(None, (self._name, key))), self.value(key))
+        name = ".".join(str(part) for part in (self._name, key) if part != "")
+        return Section(self._source, name, self.value(key))
+
+    def parts(self, key: str) -> list["Section"]:
+        """Return the mappings in the list under `key`; complaints count them from 1."""
+        value = self.value(key)
+        if not isinstance(value, list):
+            raise self.error(key, f"must be a list, not {value!r}")
+        name = ".".join(filter(None, (self._name, key)))
+        return [Section(self._source, f"{name}.{n}", entry) for n, entry in enumerate(value, 1)]
 
     def items(self) -> list[tuple[Any, Any]]:
         """Return all pairs; every key then counts as known."""

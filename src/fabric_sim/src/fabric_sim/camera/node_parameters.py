@@ -7,11 +7,14 @@ from typing import Any
 
 from fabric_sim.cell_parameters import Reader
 
+CAMERAS = ("cell", "head")
+
 
 @dataclass(frozen=True)
 class CameraNodeParameters:
     """What the node is started with; files by path."""
 
+    camera: str  # which of CAMERAS it is
     seed: int  # root seed of the run
     cell_file: str  # cell.yaml
     limits_file: str  # magician.yaml
@@ -26,6 +29,7 @@ class CameraNodeParameters:
         reader = Reader(values, node)
         files = ("cell_file", "limits_file", "camera_file", "poses_file", "helmet_file")
         parameters = cls(
+            reader.word("camera", CAMERAS),
             reader.whole("seed"),
             *(reader.word(name) for name in files),
             shadows=reader.flag("shadows", cls.shadows),

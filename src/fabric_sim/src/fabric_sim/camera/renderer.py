@@ -3,6 +3,7 @@
 
     renderer = CellRenderer(geometry, links, parameters, seed=1)
     frame = renderer.render(scene)      # in the thread that made the renderer, no other
+    rgb, depth = renderer.render_cell(scene)    # one camera's part: the same pictures
     renderer.close()
 
 One renderer at a time in a process. Needs no screen: EGL renders on the processor.
@@ -75,7 +76,8 @@ class CellRenderer:
         cell, head, depth = rngs
         self._cell_lens = ColourLens(parameters.cell, parameters.grain, look.exposure, cell)
         self._head_lens = ColourLens(parameters.head, parameters.grain, look.exposure, head)
-        self._before: Scene | None = None
+        self._cell_before: Scene | None = None
+        self._head_before: Scene | None = None
         self._depth = DepthSensor(parameters.cell, parameters.depth, depth)
 
     @classmethod
@@ -99,25 +101,30 @@ class CellRenderer:
 
         Raises ValueError for a scenario that is not known or more cubes than can be shown.
         """
-        clean = self.render_clean(scene)
-        before, self._before = self._before, scene
-        shutter = self._parameters.grain.shutter
-        return Frame(
-            self._cell_lens.spoil(
-                clean.rgb, hand_smear(self._parameters.cell, before, scene, shutter)
-            ),
-            self._depth.spoil(clean.depth),
-            self._head_lens.spoil(
-                clean.head, head_smear(self._parameters.head, before, scene, shutter)
-            ),
-        )
+        return Frame(*self.render_cell(scene), *self.render_head(scene))
+
+    def render_cell(self, scene: Scene) -> tuple[np.ndarray, np.ndarray]:
+        """Return colour and depth of the camera over the cell; shapes as in Frame."""
+        self._put(scene)
+        lens, shutter = self._parameters.cell, self._parameters.grain.shutter
+        rgb, depth = self._take("cell", lens), self._take_depth(lens)
+        before, self._cell_before = self._cell_before, scene
+        smear = hand_smear(lens, before, scene, shutter)
+        return self._cell_lens.spoil(rgb, smear), self._depth.spoil(depth)
+
+    def render_head(self, scene: Scene) -> tuple[np.ndarray]:
+        """Return the one picture of the camera that looks at the helmet; its shape is in Frame."""
+        self._put(scene)
+        lens, shutter = self._parameters.head, self._parameters.grain.shutter
+        head = self._take("head", lens)
+        before, self._head_before = self._head_before, scene
+        return (self._head_lens.spoil(head, head_smear(lens, before, scene, shutter)),)
 
     def render_clean(self, scene: Scene) -> Frame:
         """Return what perfect cameras would see; raises as `render`."""
         self._put(scene)
-        rgb, depth = self._take("cell", self._parameters.cell)
-        head, _ = self._take("head", self._parameters.head)
-        return Frame(rgb, depth, head)
+        cell, head = self._parameters.cell, self._parameters.head
+        return Frame(self._take("cell", cell), self._take_depth(cell), self._take("head", head))
 
     def close(self) -> None:
         """Give back the graphics memory."""
@@ -171,8 +178,8 @@ class CellRenderer:
                 cube.colour
             ]
 
-    def _take(self, name: str, lens: Lens) -> tuple[np.ndarray, np.ndarray]:
-        """Colour (H, W, 3), blue first, and depth (H, W) in m of one camera."""
+    def _take(self, name: str, lens: Lens) -> np.ndarray:
+        """Colour (H, W, 3), blue first, of one camera."""
         self._gl.make_current()
         camera = mujoco.MjvCamera()
         camera.type = mujoco.mjtCamera.mjCAMERA_FIXED
@@ -183,8 +190,13 @@ class CellRenderer:
         )
         window = mujoco.MjrRect(0, 0, lens.width, lens.height)
         rgb = np.empty((lens.height, lens.width, 3), np.uint8)
-        raw = np.empty((lens.height, lens.width), np.float32)
         mujoco.mjr_render(window, self._view, self._context)
-        mujoco.mjr_readPixels(rgb, raw, window, self._context)
-        depth = NEAR / (1.0 - raw[::-1] * (1.0 - NEAR / FAR))
-        return np.ascontiguousarray(rgb[::-1, :, ::-1]), depth
+        mujoco.mjr_readPixels(rgb, None, window, self._context)
+        return np.ascontiguousarray(rgb[::-1, :, ::-1])
+
+    def _take_depth(self, lens: Lens) -> np.ndarray:
+        """Depth (H, W) in m of what was rendered last."""
+        raw = np.empty((lens.height, lens.width), np.float32)
+        window = mujoco.MjrRect(0, 0, lens.width, lens.height)
+        mujoco.mjr_readPixels(None, raw, window, self._context)
+        return NEAR / (1.0 - raw[::-1] * (1.0 - NEAR / FAR))

@@ -22,7 +22,7 @@ from fabric_sim.experiments.likelihood_matrix import NEEDED, TYPES, Matrix, shor
 from fabric_sim.experiments.people_fit import GATED, PREDICTORS, PeopleResult
 from fabric_sim.experiments.recovery import Recovery
 from fabric_sim.experiments.sorting_people import SortingPeople
-from fabric_study.report import PAGE, html_table
+from fabric_study.page import html_page, html_table
 
 SHORT = tuple(short_name(name) for name in TYPES)
 THESIS = tuple(short_name(name) for name in published.MODELS)
@@ -317,4 +317,4 @@ def html_of(results: Results) -> str:
         parts.append(figures.get(title, ""))
         if not title.startswith(drawn):
             parts.append(html_table(table, "wide"))
-    return PAGE.format(title="Are the simulated people believable?", body="\n".join(parts))
+    return html_page("Are the simulated people believable?", parts)

@@ -25,7 +25,7 @@ from fabric_sim.experiments.long_term_table import (
     main_table,
     strategies_table,
 )
-from fabric_study.report import PAGE, html_table
+from fabric_study.page import html_page, html_table
 
 TITLE = "The long-term study: does it help to choose the policy that suits the person?"
 INTRODUCTION = """
@@ -126,7 +126,7 @@ def report_html(study: Study) -> str:
             html_table(ablation_table(study)),
             f"<figure>{ablation_figure(study)}</figure>",
         ]
-    return PAGE.format(title=html.escape(TITLE), body="\n".join([*parts, LIMITS]))
+    return html_page(TITLE, [*parts, LIMITS])
 
 
 def _convergence(study: Study) -> list[str]:

@@ -20,7 +20,7 @@ from fabric_sim.experiments.recorded_types import (
     seconds,
 )
 from fabric_sim.worker_parameters import STATES
-from fabric_study.report import html_table
+from fabric_study.page import html_table
 
 TITLE = "Recorded types"
 NOTES = (

@@ -20,7 +20,7 @@ from fabric_sim.experiments.short_term_table import (
     noise_title,
     way_table,
 )
-from fabric_study.report import PAGE, html_table
+from fabric_study.page import html_page, html_table
 
 TITLE = "The short-term study: does a robot that anticipates help better?"
 INTRODUCTION = """
@@ -103,7 +103,7 @@ def report_html(study: Study) -> str:
     for noise in study.noises:
         parts += _of_noise(study, noise)
     parts.append(LIMITS)
-    return PAGE.format(title=html.escape(TITLE), body="\n".join(parts))
+    return html_page(TITLE, parts)
 
 
 def mood_table(parameters: DriftParameters, tasks: int) -> list[list[str]]:

@@ -32,7 +32,7 @@ from fabric_sim.experiments.take_overs_compare import (
 from fabric_sim.experiments.take_overs_read import Folder
 from fabric_sim.experiments.take_overs_score import roc
 from fabric_study.figure import STYLE, plt, svg_of
-from fabric_study.report import PAGE, html_table
+from fabric_study.page import html_page, html_table
 
 Lines = list[list[str]]
 DRAWN = (TOGETHER, STATE, TYPE, NEEDS_HELP, WARNINGS_TASK, WARNINGS_PERSON, IDLE)
@@ -253,4 +253,4 @@ def html_of(result: Result) -> str:
     body.append(html_table(take_over_table(result, everything, accepted=False), "wide"))
     body.append("<h2>Accepted take-overs: which would have been kept</h2>")
     body.append(html_table(take_over_table(result, everything, accepted=True), "wide"))
-    return PAGE.format(title="Were the take-overs anticipated?", body="\n".join(body))
+    return html_page("Were the take-overs anticipated?", body)
