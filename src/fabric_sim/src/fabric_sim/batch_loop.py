@@ -142,7 +142,7 @@ class HeadlessRun:
         self.setup = setup
         files = files or Files()
         self._definition = files.definition(setup.task or setup.scenario)
-        if self._definition.scenario != setup.scenario:
+        if setup.task and self._definition.scenario != setup.scenario:
             raise ValueError(
                 f"task {setup.task} is of scenario {self._definition.scenario}, "
                 f"not {setup.scenario}"

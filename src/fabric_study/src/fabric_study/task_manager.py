@@ -83,7 +83,7 @@ class TaskManager:
         state.task_id, state.seed = task_id, seed
         state.scenario, state.definition = definition.scenario, definition.name
         state.status, state.subtasks_total = TaskState.WAITING, definition.count
-        state.rules = [item.message() for item in definition.rules.items]
+        state.rules = definition.sorting_rules()
         state.cube_colours = list(definition.cube_colours(seed))
         state.cube_rules = list(definition.cube_rules(seed))
         state.policy, state.load = policy, definition.load

@@ -6,6 +6,7 @@ import random
 from dataclasses import dataclass
 from pathlib import Path
 
+from fabric_msgs.msg import SortingRule
 from fabric_study.strict_yaml import DefinitionError, Section, read
 from fabric_study.task_rules import COLOUR_NAMES, COLOURS, Rules, allowed, read_rules
 
@@ -51,6 +52,10 @@ class TaskDefinition:
         if self.count > 1:
             random.Random(f"{seed}/cube_order").shuffle(cubes)
         return tuple(cubes)
+
+    def sorting_rules(self) -> list[SortingRule]:
+        """Return the items to remember as messages, in the order in which they are shown."""
+        return [item.message() for item in self.rules.items]
 
     def cube_rules(self, seed: int) -> tuple[int, ...]:
         """Return for every cube in the order of arrival the index of its item of the rules."""
