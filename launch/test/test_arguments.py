@@ -175,12 +175,12 @@ def test_a_task_by_name_brings_its_scenario():
     assert arguments.parse("batch", ["task:=inspection"])["scenario"] == "inspection"
     assert arguments.parse("sim", [])["task"] == ""
     told = refused("scenario:=inspection", "task:=type_4_memory")
-    assert told == "scenario:=inspection is refused: with task:=type_4_memory it is sorting"
+    assert told == "scenario:=inspection does not go with task:=type_4_memory"
 
 
 def test_a_task_is_a_name_or_a_file_that_exists(tmp_path):
     path = tmp_path / "mine.yaml"
-    assert "type_5_stroop, or a .yaml file that exists" in refused("task:=type_6")
+    assert "type_5_stroop, a .yaml file that exists" in refused("task:=type_6")
     assert "a .yaml file that exists" in refused(f"task:={path}")
     path.touch()
     assert arguments.parse("sim", [f"task:={path}"])["task"] == str(path)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import dataclasses
 import datetime
+import functools
 import itertools
 import math
 import os
@@ -19,8 +20,7 @@ from collections.abc import Callable, Sequence
 
 SCENARIOS = ("inspection", "sorting")
 TASK_TYPES = ("type_1_colours", "type_2_sequence", "type_3_mixed", "type_4_memory", "type_5_stroop")
-TASKS = {"inspection": "inspection", "sorting": "sorting"}  # definitions, and their scenarios
-TASKS |= dict.fromkeys(TASK_TYPES, "sorting")
+TASKS = {name: name for name in SCENARIOS} | dict.fromkeys(TASK_TYPES, "sorting")  # of scenarios
 POLICIES = ("abps", "proactive", "patient", "eager", "reactive", "none")
 REPLAY_POLICIES = ("proactive", "patient", "eager", "reactive")
 RECORDING_SUFFIXES = (".csv", ".bag")
@@ -49,14 +49,8 @@ def _integer(text: str, least: int) -> str:
     return str(int(text))
 
 
-def tasks(text: str) -> str:
-    """A positive number of tasks."""
-    return _integer(text, 1)
-
-
-def seed(text: str) -> str:
-    """A root seed, 0 or more."""
-    return _integer(text, 0)
+tasks = functools.partial(_integer, least=1)  # how many
+seed = functools.partial(_integer, least=0)  # root of all randomness
 
 
 def port(text: str) -> str:
@@ -73,11 +67,6 @@ def port(text: str) -> str:
     return str(number)
 
 
-def boolean(text: str) -> str:
-    """true or false, as roslaunch wants them."""
-    return one_of(("true", "false"))(text)
-
-
 def one_of(allowed: Sequence[str]) -> Callable[[str], str]:
     """A check that takes exactly the words of `allowed`."""
 
@@ -87,6 +76,10 @@ def one_of(allowed: Sequence[str]) -> Callable[[str], str]:
         return text
 
     return check
+
+
+boolean = one_of(("true", "false"))  # as roslaunch wants them
+sensing = one_of(("direct", "camera"))  # how the person is seen
 
 
 def speed(text: str) -> str:
@@ -180,11 +173,6 @@ def policies(text: str) -> str:
     return ",".join(checked)
 
 
-def sensing(text: str) -> str:
-    """How the person is seen."""
-    return one_of(("direct", "camera"))(text)
-
-
 def scheduler(text: str) -> str:
     """host:port of a Dask scheduler, or empty."""
     address = text.removeprefix("tcp://").removeprefix("tls://")
@@ -212,11 +200,9 @@ def settings(text: str) -> str:
 
 def task(text: str) -> str:
     """A task definition by name, or the absolute path of a YAML file that exists, or empty."""
-    if not text or text in TASKS:
-        return text
-    if not text.endswith(".yaml") or not os.path.isfile(text):
-        raise ArgumentError(f"one of {', '.join(TASKS)}, or a .yaml file that exists")
-    return os.path.abspath(text)
+    if text.endswith(".yaml") and os.path.isfile(text):
+        return os.path.abspath(text)
+    return text and one_of((*TASKS, "a .yaml file that exists"))(text)
 
 
 def person(text: str) -> str:
@@ -338,9 +324,7 @@ def parse(command: str, arguments: Sequence[str]) -> dict[str, str]:
         given[name] = _checked(known[name], text)
     implied = TASKS.get(given.get("task", ""))
     if implied and given.setdefault("scenario", implied) != implied:
-        raise ArgumentError(
-            f"scenario:={given['scenario']} is refused: with task:={given['task']} it is {implied}"
-        )
+        raise ArgumentError(f"scenario:={given['scenario']} does not go with task:={given['task']}")
     if given.get("human") == MANUAL and given.setdefault("speed", "1.0") == "0":
         raise ArgumentError(
             "speed:=max is refused: with human:=manual it must be a number above 0 (times real "

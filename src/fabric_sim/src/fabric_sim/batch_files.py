@@ -41,9 +41,16 @@ class Files:
         """Geometry, limits, arm and sensors."""
         return self._once(self._read_cell, "cell")
 
-    def definition(self, name: str) -> TaskDefinition:
-        """The task definition of a name or a .yaml file."""
-        return self._once(lambda: load_definition(name), "definition", name)
+    def definition(self, scenario: str, task: str = "") -> TaskDefinition:
+        """The task definition of a name or a .yaml file, else the one named like the scenario.
+
+        Raises ValueError when it is one of another scenario.
+        """
+        name = task or scenario
+        found = self._once(lambda: load_definition(name), "definition", name)
+        if task and found.scenario != scenario:
+            raise ValueError(f"task {task} is of scenario {found.scenario}, not {scenario}")
+        return found
 
     def motion(self) -> fp.MotionConfig:
         """Places and speeds of the robot's actions."""

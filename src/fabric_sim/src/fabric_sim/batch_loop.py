@@ -141,12 +141,7 @@ class HeadlessRun:
         that cannot be used."""
         self.setup = setup
         files = files or Files()
-        self._definition = files.definition(setup.task or setup.scenario)
-        if setup.task and self._definition.scenario != setup.scenario:
-            raise ValueError(
-                f"task {setup.task} is of scenario {self._definition.scenario}, "
-                f"not {setup.scenario}"
-            )
+        self._definition = files.definition(setup.scenario, setup.task)
         self._selector = selector
         if setup.policy == "abps" and selector is None:
             self._selector = files.selector(setup.scenario, setup.selector, setup.library)

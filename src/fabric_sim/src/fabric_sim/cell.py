@@ -23,6 +23,7 @@ from fabric_sim.belt import check_speed
 from fabric_sim.body import BodyMotion
 from fabric_sim.cell_config import CellConfig
 from fabric_sim.cell_output import CellOutput, Moment, Stimulus, output_of
+from fabric_sim.cell_rules import CubeRules
 from fabric_sim.character import named_generator
 from fabric_sim.commands import Commands
 from fabric_sim.geometry import CellGeometry, Point, Tray
@@ -91,8 +92,7 @@ class Cell:
         self._container_changes = 0
         self._subtask: int | None = None  # the cube that is the worker's
         self.episode = 0
-        self._items: list[int] = []  # of the rules, one a cube in the order of arrival
-        self._labels: list[str] = []  # of the trays, one an item
+        self._rules = CubeRules([], [])
         self._new_task("inspection", [])
 
     # -- what it is told ------------------------------------------------------------------------
@@ -117,12 +117,10 @@ class Cell:
         self.task = task
         self.tick += self.tick % PERCEPT_TICKS  # every task begins in step with the sensors
         self.now = _time_of(self.tick)
-        self._items = _items_of(task)
+        self._rules = CubeRules.of(task)
         self._new_task(task.scenario, list(task.cube_colours))
-        self._labels = [rule.label for rule in task.rules]
-        rules = dict(enumerate(self._labels))
         rng = named_generator(self._seed, "worker", task.task_id)
-        self.worker.start_task(self.now, task.scenario, rng, rules, task.load)
+        self.worker.start_task(self.now, task.scenario, rng, self._rules.by_item, task.load)
 
     def command(self, command: Any) -> None:
         """Take a MotionCommand of the motion agent; it acts from the next tick on."""
@@ -332,10 +330,7 @@ class Cell:
             self._subtask = None
             self._stirred = True
             by_person = tray.owner == Container.OWNER_PERSON
-            self.worker.end_subtask(t, self._fits(cube, tray), by_person)
-
-    def _fits(self, cube: CubeState, tray: Tray) -> bool:
-        return tray.label == self._labels[self._items[cube.id - 1]]
+            self.worker.end_subtask(t, tray.label == self._rules.label(cube.id), by_person)
 
     def _assign(self, t: float) -> None:
         """Make the cube whose turn it is the worker's, while the task runs.
@@ -352,7 +347,7 @@ class Cell:
         if self._subtask is None or not arguing:
             self._subtask = cube.id
             self._stirred = True
-            self.worker.start_subtask(t, self._items[cube.id - 1])
+            self.worker.start_subtask(t, self._rules.items[cube.id - 1])
 
     @property
     def behaviour(self) -> Behaviour:
@@ -384,17 +379,6 @@ class Cell:
         self._contents_changed = False
         self._container_changes += 1
         return reports.containers(t, self._container_changes, self.stock, self._contents)
-
-
-def _items_of(task: TaskState) -> list[int]:
-    """The item of the rules that each cube falls under, in the order of arrival."""
-    items = list(task.cube_rules)
-    if len(items) != len(task.cube_colours) or any(item >= len(task.rules) for item in items):
-        raise ValueError(
-            f"task {task.task_id}: {len(task.cube_colours)} cubes fall under {items} "
-            f"of {len(task.rules)} rules"
-        )
-    return items
 
 
 _goal_of = lru_cache(1024)(goal_of)  # the places of the cell are few
