@@ -168,3 +168,26 @@ def test_the_scheduler_of_a_training_may_be_given_as_an_option(capsys):
 def test_a_scheduler_is_a_host_and_a_port(address):
     with pytest.raises(arguments.ArgumentError, match="host:port of a Dask scheduler"):
         arguments.parse("train", [f"scheduler:={address}"])
+
+
+def test_a_rehearsal_takes_a_protocol_by_name_or_by_file(tmp_path):
+    own = tmp_path / "own.yaml"
+    own.touch()
+    for said, meant in (("experiment-1", "experiment-1"), (str(own), str(own))):
+        assert arguments.parse("rehearse", [f"protocol:={said}"])["protocol"] == meant
+    for said in ("experiment-9", "nowhere.yaml", ""):
+        with pytest.raises(arguments.ArgumentError, match="one of experiment-0, experiment-1"):
+            arguments.parse("rehearse", [f"protocol:={said}"])
+
+
+def test_a_rehearsal_is_not_written_into_a_study(tmp_path):
+    (tmp_path / "study.json").touch()
+    words = ["protocol:=experiment-1", f"out_dir:={tmp_path}"]
+    with pytest.raises(arguments.ArgumentError, match="holds no study yet"):
+        arguments.parse("rehearse", words)
+
+
+@pytest.mark.parametrize("word", ["people:=-1", "people:=few", "power:=1.5", "workers:=nan"])
+def test_a_bad_number_of_a_rehearsal_is_refused_by_name(word):
+    with pytest.raises(arguments.ArgumentError, match=f"{word} is refused"):
+        arguments.parse("rehearse", ["protocol:=experiment-1", word])

@@ -21,6 +21,7 @@ SCENARIOS = ("inspection", "sorting")
 POLICIES = ("abps", "proactive", "patient", "eager", "reactive", "none")
 REPLAY_POLICIES = ("proactive", "patient", "eager", "reactive")
 RECORDING_SUFFIXES = (".csv", ".bag")
+PROTOCOLS = ("experiment-0", "experiment-1", "experiment-2")  # of fabric_study
 HUMAN_TYPES = tuple(
     "_".join(corner)
     for corner in itertools.product(
@@ -214,6 +215,22 @@ def person(text: str) -> str:
     return text
 
 
+def protocol(text: str) -> str:
+    """A shipped protocol by name, or the absolute path of a YAML file."""
+    if text.endswith(".yaml") and os.path.isfile(text):
+        return os.path.abspath(text)
+    return one_of((*PROTOCOLS, "a YAML file that exists"))(text)
+
+
+def study_dir(text: str) -> str:
+    """Absolute folder of a study; one that already holds a study or a run is refused."""
+    path = out_dir(text)
+    for name in ("study.json", "study.sqlite"):
+        if os.path.exists(os.path.join(path, name)):
+            raise ArgumentError(f"a folder that holds no study yet (this one has a {name})")
+    return path
+
+
 def out_dir(text: str) -> str:
     """Absolute folder of the record; one that already holds a run is refused."""
     if not text or "\n" in text:
@@ -295,6 +312,12 @@ WORDS = (
     ),
     Word("speed", "max", "times the recorded time, or max", replay_speed, ("replay",)),
     Word("out_dir", "runs/replay", "folder of plot and summary", out_dir, REPLAYS),
+    Word("protocol", "", "a shipped protocol or a YAML file", protocol, ("rehearse",)),
+    Word("people", "0", "how many; 0 is as many as the protocol has", seed, ("rehearse",)),
+    Word("seed", "1", "root of all randomness; same seed, same study", seed, ("rehearse",)),
+    Word("power", "200", "people simulated for the power curves; 0: none", seed, ("rehearse",)),
+    Word("workers", "0", "processes; 0 is one a core", seed, ("rehearse",)),
+    Word("out_dir", new_run_folder, "folder of the study", study_dir, ("rehearse",)),
     Word("names", "", "topics of another driver, own=recorded,...", str, ("perceive",)),
     Word("camera_files", "", "where the cameras were, YAML:YAML", camera_files, ("perceive",)),
 )
@@ -357,6 +380,10 @@ def with_words(arguments: Sequence[str], *names: str) -> list[str]:
 
 
 NOTES = {  # what else a command takes
+    "rehearse": [
+        f"protocol:= may be left out before the name or path; there are {', '.join(PROTOCOLS)}",
+        "the people, their work and their answers are simulated; nothing is said about real ones",
+    ],
     "train": ["--scheduler HOST:PORT is another way to write scheduler:=HOST:PORT"],
     "replay": [
         "file:= may be left out before the path; unless given, out_dir is runs/replay-NAME",
@@ -367,9 +394,12 @@ NOTES = {  # what else a command takes
 }
 
 
+SPELT = {"rehearse": "study rehearse PROTOCOL"}  # where the command has more than one word
+
+
 def usage(command: str) -> str:
     """One line a word, with its default."""
-    lines = [f"usage: ./fabric {command} [name:=value ...]"]
+    lines = [f"usage: ./fabric {SPELT.get(command, command)} [name:=value ...]"]
     for word in words_of(command).values():
         default = "runs/<date>_<time>" if callable(word.default) else word.default
         lines.append(f"  {word.name + ':=' + default:<32} {word.meaning}")
