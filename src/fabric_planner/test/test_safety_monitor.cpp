@@ -67,7 +67,7 @@ TEST(SafetyMonitor, GoesBackOnlyBeyondTheHysteresis) {
 }
 
 TEST(SafetyMonitor, MeasuresToTheNearestLinkAndNotOnlyToTheTool) {
-  const SafetyMonitor monitor(parameters());
+  const SafetyMonitor monitor(parameters(), LINKS);
   const auto joints = monitor.links(TOOL);
   const Point3& elbow = joints[1];
   const Point3& wrist = joints[2];
@@ -80,7 +80,7 @@ TEST(SafetyMonitor, MeasuresToTheNearestLinkAndNotOnlyToTheTool) {
 }
 
 TEST(SafetyMonitor, TurnsTheLinksWithTheArm) {
-  const SafetyMonitor monitor(parameters());
+  const SafetyMonitor monitor(parameters(), LINKS);
   const double turn = 0.7;
   const Point3 turned{TOOL.x * std::cos(turn), TOOL.x * std::sin(turn), TOOL.z};
   const Point3 hand{0.3, 0.1, 0.1};
@@ -90,7 +90,7 @@ TEST(SafetyMonitor, TurnsTheLinksWithTheArm) {
 }
 
 TEST(SafetyMonitor, IsSlowUntilItKnowsHandAndArm) {
-  SafetyMonitor monitor(parameters());
+  SafetyMonitor monitor(parameters(), LINKS);
   EXPECT_EQ(monitor.assess(1.0).level, Separation::SLOW);
   EXPECT_EQ(monitor.state().cause, "arm/tcp has not come yet");
   monitor.onTool(1.0, TOOL);
