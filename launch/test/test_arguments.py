@@ -134,9 +134,9 @@ def test_two_runs_in_one_second_get_two_folders(tmp_path, monkeypatch):
 
 
 def test_the_script_needs_nothing_but_the_standard_library():
-    script = Path(arguments.__file__)
-    command = [sys.executable, "-I", "-S", "-B", str(script), "batch", "tasks:=5"]
-    told = subprocess.run(command, capture_output=True, text=True, check=True)
+    alone = {"PYTHONPATH": str(Path(arguments.__file__).parents[1])}
+    command = [sys.executable, "-s", "-S", "-B", "-m", arguments.__name__, "batch", "tasks:=5"]
+    told = subprocess.run(command, capture_output=True, text=True, check=True, env=alone)
     assert told.stdout.splitlines()[0] == "tasks:=5"
     assert "rviz" not in told.stdout
 
@@ -184,3 +184,26 @@ def test_a_task_is_a_name_or_a_file_that_exists(tmp_path):
     assert "a .yaml file that exists" in refused(f"task:={path}")
     path.touch()
     assert arguments.parse("sim", [f"task:={path}"])["task"] == str(path)
+
+
+def test_a_rehearsal_takes_a_protocol_by_name_or_by_file(tmp_path):
+    own = tmp_path / "own.yaml"
+    own.touch()
+    for said, meant in (("experiment-1", "experiment-1"), (str(own), str(own))):
+        assert arguments.parse("rehearse", [f"protocol:={said}"])["protocol"] == meant
+    for said in ("experiment-9", "nowhere.yaml", ""):
+        with pytest.raises(arguments.ArgumentError, match="one of experiment-0, experiment-1"):
+            arguments.parse("rehearse", [f"protocol:={said}"])
+
+
+def test_a_rehearsal_is_not_written_into_a_study(tmp_path):
+    (tmp_path / "study.json").touch()
+    words = ["protocol:=experiment-1", f"out_dir:={tmp_path}"]
+    with pytest.raises(arguments.ArgumentError, match="holds no study yet"):
+        arguments.parse("rehearse", words)
+
+
+@pytest.mark.parametrize("word", ["people:=-1", "people:=few", "power:=1.5", "workers:=nan"])
+def test_a_bad_number_of_a_rehearsal_is_refused_by_name(word):
+    with pytest.raises(arguments.ArgumentError, match=f"{word} is refused"):
+        arguments.parse("rehearse", ["protocol:=experiment-1", word])

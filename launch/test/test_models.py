@@ -4,7 +4,7 @@
 import pytest
 
 from fabric_abps import persist
-from fabric_bringup import arguments
+from fabric_bringup import checks
 from fabric_bringup.models import main
 from fabric_study.tasks import definition_names, load_definition
 
@@ -40,12 +40,12 @@ def test_a_bad_library_is_nobodys_business_without_abps(tmp_path, policy):
 
 
 def test_a_code_of_a_person_is_one_for_the_command_line_and_for_abps():
-    assert arguments.PERSON == persist.CODE  # arguments must not import what is not built yet
+    assert checks.PERSON == persist.CODE  # arguments must not import what is not built yet
 
 
 def test_the_tasks_known_at_the_command_line_are_those_that_are_there():
-    assert sorted(arguments.TASKS) == definition_names()
-    assert all(load_definition(name).scenario == of for name, of in arguments.TASKS.items())
+    assert sorted(checks.TASKS) == definition_names()
+    assert all(load_definition(name).scenario == of for name, of in checks.TASKS.items())
 
 
 def test_a_task_of_another_scenario_or_one_that_cannot_be_is_refused(tmp_path, capsys):

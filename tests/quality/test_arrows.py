@@ -35,6 +35,7 @@ ALLOWED = {  # package: the others of ours that its core may import, besides fab
 MAY_USE_EVERY_CORE = {  # the headless driver and what is run with it, files or folders
     "src/fabric_sim/src/fabric_sim/batch",
     "src/fabric_sim/src/fabric_sim/experiments/",
+    "src/fabric_sim/src/fabric_sim/rehearsal/",
 }
 DECIDING = ("decision_node", "motion_node", "observation_node", "abps_node", "task_node")
 

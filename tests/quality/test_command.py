@@ -58,3 +58,25 @@ def test_doctor_answers_every_question(tmp_path):
     told = fabric("doctor").stdout
     assert "Debian" in told
     assert "venv" in told
+
+
+def test_studies_refuse_words_that_they_do_not_know():
+    for words, named in (
+        (["study", "dance"], "'dance'"),
+        (["study", "rehearse"], "wants a protocol"),
+        (["study", "rehearse", "experiment-9"], "protocol:=experiment-9 is refused"),
+        (["study", "rehearse", "experiment-1", "people:=-3"], "people:=-3 is refused"),
+    ):
+        told = fabric(*words)
+        assert told.returncode == 2
+        assert named in told.stderr
+        assert told.stdout == ""
+
+
+def test_a_study_tells_what_can_be_done():
+    assert fabric("study").returncode == 2
+    told = fabric("study", "help")
+    assert told.returncode == 0
+    for word in ("console", "rehearse", "verify", "export"):
+        assert f"  {word}" in told.stdout
+    assert "people:=" in fabric("study", "rehearse", "--help").stdout

@@ -32,6 +32,7 @@ MODELS = PACKAGE / "models"
 HELPER = str(PACKAGE / "test" / "models" / "helper.pomdpx")
 MOTION = str(PACKAGE / "config" / "motion.yaml")
 SAFETY = str(PACKAGE / "config" / "safety.yaml")
+LIMITS = str(PACKAGE.parent / "fabric_dobot_driver" / "config" / "magician.yaml")
 CELL = str(PACKAGE.parents[1] / "launch" / "config" / "cell.yaml")
 
 
@@ -281,7 +282,7 @@ def hand(x, stamp, visible=True):
 
 def test_the_distance_of_a_hand_slows_and_stops_the_arm():
     agent = ready_agent()
-    monitor = fp.SafetyMonitor(SAFETY)
+    monitor = fp.SafetyMonitor(SAFETY, LIMITS)
     arm = fp.ArmPlace.load(CELL)
     (move,) = agent.on_decision("planning", 1)
     levels = []

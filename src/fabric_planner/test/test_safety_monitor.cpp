@@ -14,6 +14,7 @@ namespace fabric::planner {
 namespace {
 
 const std::string SAFETY_YAML = std::string(PACKAGE_DIR) + "/config/safety.yaml";
+const ArmLinks LINKS{0.135, 0.147, 0.0597};
 constexpr Point3 TOOL{0.20, 0.0, 0.05};
 constexpr double NEVER = std::numeric_limits<double>::infinity();
 
@@ -38,7 +39,7 @@ class Bench {
     return monitor.assess(now);
   }
 
-  SafetyMonitor monitor{parameters()};
+  SafetyMonitor monitor{parameters(), LINKS};
   double now = 10.0;
 };
 
@@ -66,7 +67,7 @@ TEST(SafetyMonitor, GoesBackOnlyBeyondTheHysteresis) {
 }
 
 TEST(SafetyMonitor, MeasuresToTheNearestLinkAndNotOnlyToTheTool) {
-  const SafetyMonitor monitor(parameters());
+  const SafetyMonitor monitor(parameters(), LINKS);
   const auto joints = monitor.links(TOOL);
   const Point3& elbow = joints[1];
   const Point3& wrist = joints[2];
@@ -79,7 +80,7 @@ TEST(SafetyMonitor, MeasuresToTheNearestLinkAndNotOnlyToTheTool) {
 }
 
 TEST(SafetyMonitor, TurnsTheLinksWithTheArm) {
-  const SafetyMonitor monitor(parameters());
+  const SafetyMonitor monitor(parameters(), LINKS);
   const double turn = 0.7;
   const Point3 turned{TOOL.x * std::cos(turn), TOOL.x * std::sin(turn), TOOL.z};
   const Point3 hand{0.3, 0.1, 0.1};
@@ -89,7 +90,7 @@ TEST(SafetyMonitor, TurnsTheLinksWithTheArm) {
 }
 
 TEST(SafetyMonitor, IsSlowUntilItKnowsHandAndArm) {
-  SafetyMonitor monitor(parameters());
+  SafetyMonitor monitor(parameters(), LINKS);
   EXPECT_EQ(monitor.assess(1.0).level, Separation::SLOW);
   EXPECT_EQ(monitor.state().cause, "arm/tcp has not come yet");
   monitor.onTool(1.0, TOOL);
@@ -184,8 +185,21 @@ TEST(SafetyParameters, NamesFileEntryAndValueOfWhatItRefuses) {
             "safety.yaml: hysteresis: -1.000000 is negative");
   EXPECT_EQ(refusal("stale_after: 0.5", ""),
             "safety.yaml: stale_after: expected a number, got nothing");
-  EXPECT_EQ(refusal("rear_arm: 0.135", "rear_arm: 0"),
-            "safety.yaml: links: rear_arm: 0.000000 is not positive");
+}
+
+TEST(ArmLinks, AreReadFromTheLimitsOfTheArm) {
+  const std::string path = testing::TempDir() + "arm_links.yaml";
+  std::ofstream(path) << "links: {rear_arm: 0.1, forearm: 0.2, tool_x: 0.0, tool_y: 0}\n";
+  const ArmLinks links = ArmLinks::load(path);
+  EXPECT_EQ(links.rear_arm, 0.1);
+  EXPECT_EQ(links.forearm, 0.2);
+  std::ofstream(path) << "links: {rear_arm: 0, forearm: 0.2, tool_x: 0.0}\n";
+  try {
+    ArmLinks::load(path);
+    FAIL() << "a link without length was accepted";
+  } catch (const ModelError& error) {
+    EXPECT_EQ(error.what(), path + ": links: rear_arm: 0.000000 is not positive");
+  }
 }
 
 }  // namespace

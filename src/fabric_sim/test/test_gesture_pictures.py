@@ -7,7 +7,6 @@ import math
 from pathlib import Path
 
 import pytest
-import yaml
 
 import fabric_planner as fp
 from fabric_dobot_driver import Goal, check_goal, load_limits
@@ -20,7 +19,8 @@ from fabric_sim.gesture_pictures import COLUMNS, Play, Stage, thinned
 SOURCES = Path(__file__).resolve().parents[2]
 MOTION = SOURCES / "fabric_planner/config/motion.yaml"
 SAFETY = SOURCES / "fabric_planner/config/safety.yaml"
-LIMITS = load_limits(SOURCES / "fabric_dobot_driver/config/magician.yaml")
+MAGICIAN_YAML = SOURCES / "fabric_dobot_driver/config/magician.yaml"
+LIMITS = load_limits(MAGICIAN_YAML)
 GESTURES = fp.MotionConfig.load(str(MOTION)).gestures
 
 
@@ -57,13 +57,8 @@ def test_few_pictures_are_kept_the_first_and_the_last_among_them(stage):
 
 
 def test_the_links_that_safety_watches_are_those_of_the_arm():
-    links = yaml.safe_load(SAFETY.read_text())["links"]
-    assert links == {
-        "rear_arm": LIMITS.links.rear_arm,
-        "forearm": LIMITS.links.forearm,
-        "tool_x": LIMITS.links.tool_x,
-    }
-    base, elbow, wrist, tool = fp.SafetyMonitor(str(SAFETY)).links(0.205, 0.045, 0.055)
+    monitor = fp.SafetyMonitor(str(SAFETY), str(MAGICIAN_YAML))
+    base, elbow, wrist, tool = monitor.links(0.205, 0.045, 0.055)
     assert math.dist(base, elbow) == pytest.approx(MAGICIAN.rear_arm)
     assert math.dist(elbow, wrist) == pytest.approx(MAGICIAN.forearm)
     assert math.dist(wrist, tool) == pytest.approx(MAGICIAN.tool_x)

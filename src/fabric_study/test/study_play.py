@@ -21,7 +21,6 @@ from fabric_study.task_record import catch_up
 from fabric_study.visit import Visit
 
 SEED = 101
-AGREEMENT = {n: {"en": f"step {n}", "de": f"Stufe {n}"} for n in range(1, 6)}
 Report = Callable[..., None]
 
 
@@ -34,7 +33,8 @@ def instrument(when: str, items: dict, **more) -> dict:
 
 
 def likert(name: str) -> dict:
-    return {"kind": "likert", "category": "load", "text": words(name), "labels": AGREEMENT}
+    labels = {n: {"en": f"step {n}", "de": f"Stufe {n}"} for n in range(1, 6)}
+    return {"kind": "likert", "category": "load", "text": words(name), "labels": labels}
 
 
 INSTRUMENTS = {

@@ -35,13 +35,20 @@ struct SafetyParameters {
   double slow_factor = 1.0;    ///< of all speeds while slow
   double stale_after = 0.0;    ///< s: word of hand or arm that is older is not trusted
   double gone_after = 0.0;     ///< s out of view until a hand counts as gone
-  double rear_arm = 0.0;       ///< m, links of the arm as in magician.yaml
-  double forearm = 0.0;
-  double tool_x = 0.0;  ///< m, from the wrist to the suction cup
 
   /// @throw ModelError naming file, entry and value
   static SafetyParameters load(const std::string& path);
   static SafetyParameters parse(const std::string& text, const std::string& name);
+};
+
+/// Lengths of the arm, m.
+struct ArmLinks {
+  double rear_arm = 0.0;
+  double forearm = 0.0;
+  double tool_x = 0.0;  ///< from the wrist to the suction cup, along the arm
+
+  /// Reads `links` of a magician.yaml. @throw ModelError naming file, entry and value
+  static ArmLinks load(const std::string& path);
 };
 
 /// The tracked hand (fabric_msgs/HandState), in arm_base_link.
@@ -65,7 +72,8 @@ struct SeparationState {
 /// missing, old or from the future never means RUN, and it never ends a stop.
 class SafetyMonitor {
  public:
-  explicit SafetyMonitor(SafetyParameters parameters) : parameters_(parameters) {}
+  SafetyMonitor(SafetyParameters parameters, ArmLinks links)
+      : parameters_(parameters), links_(links) {}
 
   /// The tool in arm_base_link, m, at a time, s. @throw std::invalid_argument for NaN and infinity
   void onTool(double stamp, const Point3& tool);
@@ -89,6 +97,7 @@ class SafetyMonitor {
   SeparationState judge();
 
   SafetyParameters parameters_;
+  ArmLinks links_;
   std::optional<SeenHand> hand_;
   Point3 tool_;
   std::optional<double> tool_stamp_;

@@ -183,10 +183,11 @@ void bindSafety(py::module_& module) {
   py::class_<ArmPlace>(module, "ArmPlace", "Where the arm stands in the cell.")
       .def_static("load", &ArmPlace::load, "path"_a, "path: of a cell.yaml. Raises ModelError.");
   py::class_<SafetyMonitor>(module, "SafetyMonitor", "Speed and separation (docs/motion.md).")
-      .def(py::init([](const std::string& path) {
-             return std::make_unique<SafetyMonitor>(SafetyParameters::load(path));
+      .def(py::init([](const std::string& safety, const std::string& limits) {
+             return std::make_unique<SafetyMonitor>(SafetyParameters::load(safety),
+                                                    ArmLinks::load(limits));
            }),
-           "path"_a, "path: of a safety.yaml. Raises ModelError.")
+           "safety"_a, "limits"_a, "Paths of a safety.yaml and a magician.yaml. Raises ModelError.")
       .def(
           "on_tool",
           [](SafetyMonitor& monitor, double stamp, double x, double y, double z) {

@@ -60,16 +60,20 @@ Point3 ArmPlace::fromCell(const Point3& point) const {
   return {c * x + s * y, c * y - s * x, point.z - origin.z};
 }
 
+ArmLinks ArmLinks::load(const std::string& path) {
+  const YAML::Node root = yaml::load(readFile(path), path);
+  const auto links = yaml::Section::named(root["links"], path + ": links");
+  return {links.positive("rear_arm"), links.positive("forearm"), links.atLeastZero("tool_x")};
+}
+
 SafetyParameters SafetyParameters::load(const std::string& path) {
   return parse(readFile(path), path);
 }
 
 SafetyParameters SafetyParameters::parse(const std::string& text, const std::string& name) {
-  const yaml::Section file(yaml::load(text, name), name,
-                           {"slow_distance", "stop_distance", "hysteresis", "slow_factor",
-                            "stale_after", "gone_after", "links"});
-  const yaml::Section links(file.node("links"), file.placeOf("links"),
-                            {"rear_arm", "forearm", "tool_x"});
+  const yaml::Section file(
+      yaml::load(text, name), name,
+      {"slow_distance", "stop_distance", "hysteresis", "slow_factor", "stale_after", "gone_after"});
   SafetyParameters p;
   p.slow_distance = file.positive("slow_distance");
   p.stop_distance = file.positive("stop_distance");
@@ -77,9 +81,6 @@ SafetyParameters SafetyParameters::parse(const std::string& text, const std::str
   p.slow_factor = file.positive("slow_factor");
   p.stale_after = file.positive("stale_after");
   p.gone_after = file.atLeastZero("gone_after");
-  p.rear_arm = links.positive("rear_arm");
-  p.forearm = links.positive("forearm");
-  p.tool_x = links.atLeastZero("tool_x");
   if (p.slow_distance <= p.stop_distance) {
     throw ModelError(file.placeOf("slow_distance") + ": " + std::to_string(p.slow_distance) +
                      " is not more than stop_distance, " + std::to_string(p.stop_distance));
@@ -161,12 +162,12 @@ SeparationState SafetyMonitor::judge() {
 /// Elbow up, in the plane through the base's axis and the tool; out of reach, as stretched as can
 /// be.
 std::array<Point3, 4> SafetyMonitor::links(const Point3& tool) const {
-  const double L1 = parameters_.rear_arm;
-  const double L2 = parameters_.forearm;
+  const double L1 = links_.rear_arm;
+  const double L2 = links_.forearm;
   const double out = std::hypot(tool.x, tool.y);
   const double c = out > 0.0 ? tool.x / out : 1.0;
   const double s = out > 0.0 ? tool.y / out : 0.0;
-  const double h = out - parameters_.tool_x;
+  const double h = out - links_.tool_x;
   const double d = std::max(std::hypot(h, tool.z), 1e-9);
   const double cosine = std::clamp((L1 * L1 + d * d - L2 * L2) / (2.0 * L1 * d), -1.0, 1.0);
   const double rise = std::atan2(tool.z, h) + std::acos(cosine);

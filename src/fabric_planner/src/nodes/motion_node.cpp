@@ -37,15 +37,20 @@ struct MotionParameters {
   std::vector<std::string> watched;  ///< nodes whose heartbeats' ages are told
   bool separation = false;           ///< whether the hand is watched; then `human/hand` is expected
   std::string safety_file;           ///< with separation: distances (config/safety.yaml)
+  std::string limits_file;           ///< with separation: lengths of the arm (magician.yaml)
   std::string cell_file;             ///< with separation: where the arm stands (cell.yaml)
 
   /// @throw ParameterError
   static MotionParameters load(const ros::NodeHandle& node) {
     MotionParameters parameters{require<std::string>(node, "motion_file"),
                                 require<std::vector<std::string>>(node, "watched"),
-                                require<bool>(node, "separation"), "", ""};
+                                require<bool>(node, "separation"),
+                                "",
+                                "",
+                                ""};
     if (parameters.separation) {
       parameters.safety_file = require<std::string>(node, "safety_file");
+      parameters.limits_file = require<std::string>(node, "limits_file");
       parameters.cell_file = require<std::string>(node, "cell_file");
     }
     return parameters;
@@ -117,7 +122,9 @@ class MotionNode {
 
   void watch(const MotionParameters& parameters) {
     separation_ = std::make_unique<SeparationWatch>(
-        traffic_, SafetyParameters::load(parameters.safety_file),
+        traffic_,
+        SafetyMonitor(SafetyParameters::load(parameters.safety_file),
+                      ArmLinks::load(parameters.limits_file)),
         ArmPlace::load(parameters.cell_file), [this](const ToolPose& tool) { agent_.onTool(tool); },
         [this](const SeparationState& state) {
           run(agent_.onSeparation(state.level, separation_->slowFactor()));

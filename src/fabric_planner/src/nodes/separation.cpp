@@ -5,9 +5,9 @@
 
 namespace fabric::planner {
 
-SeparationWatch::SeparationWatch(msgs::Traffic& traffic, const SafetyParameters& parameters,
-                                 const ArmPlace& arm, OnTool on_tool, OnSeparation on_separation)
-    : monitor_(parameters),
+SeparationWatch::SeparationWatch(msgs::Traffic& traffic, SafetyMonitor monitor, const ArmPlace& arm,
+                                 OnTool on_tool, OnSeparation on_separation)
+    : monitor_(std::move(monitor)),
       arm_(arm),
       on_tool_(std::move(on_tool)),
       on_separation_(std::move(on_separation)) {

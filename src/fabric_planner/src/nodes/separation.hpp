@@ -20,7 +20,7 @@ class SeparationWatch {
   using OnSeparation = std::function<void(const SeparationState&)>;
 
   /// on_separation: called with every judgement, at least with each message of the hand.
-  SeparationWatch(msgs::Traffic& traffic, const SafetyParameters& parameters, const ArmPlace& arm,
+  SeparationWatch(msgs::Traffic& traffic, SafetyMonitor monitor, const ArmPlace& arm,
                   OnTool on_tool, OnSeparation on_separation);
 
   /// Looks at the age of what is known. Judges only when some of it is too old: in simulation,

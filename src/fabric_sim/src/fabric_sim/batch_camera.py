@@ -56,7 +56,8 @@ class CameraRun(HeadlessRun):
         self._joint = JointHysteresis(parameters.joint_percepts)
         self._eyes = Eyes(files, setup.seed)
         planner = files.share("fabric_planner") / "config"
-        self._safety = fp.SafetyMonitor(str(planner / "safety.yaml"))
+        limits = files.share("fabric_dobot_driver") / "config/magician.yaml"
+        self._safety = fp.SafetyMonitor(str(planner / "safety.yaml"), str(limits))
         self._arm_place = fp.ArmPlace.load(str(files.share("fabric_bringup") / "config/cell.yaml"))
         unknown = self._safety.assess(0.0).level
         self._motion.on_separation(unknown, self._safety.slow_factor)

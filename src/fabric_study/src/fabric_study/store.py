@@ -104,6 +104,17 @@ def _records(connection: sqlite3.Connection, after: int = 0) -> list[Record]:
     return [Record(*row) for row in rows]
 
 
+def _write(connection: sqlite3.Connection, records: Sequence[Record]) -> None:
+    connection.execute("BEGIN IMMEDIATE")
+    try:
+        connection.executemany("INSERT INTO record VALUES (?, ?, ?, ?, ?, ?)", records)
+        connection.execute("COMMIT")
+    except BaseException:
+        if connection.in_transaction:
+            connection.execute("ROLLBACK")
+        raise
+
+
 def read_head(folder: Path) -> Head:
     """Return number and digest of the last record that was told of; (0, "") when none was.
 
@@ -150,11 +161,17 @@ class Store:
         self.folder = folder
         self._path = folder / STORE_FILE
         self._lock = _locked(folder, owner)
+        self._connection: sqlite3.Connection | None = None
         try:
-            self._connection = self._opened()
-            self._records = self._sound_records(genesis)
+            head = read_head(folder)
+            self._connection = sqlite3.connect(self._path, isolation_level=None)
+            self._prepare(self._connection, head)
+            self._records = self._sound_records(self._connection, genesis, head)
+        except sqlite3.Error as error:
+            self.close()
+            raise StoreError(f"{self._path}: cannot be opened: {error}") from error
         except BaseException:
-            os.close(self._lock)
+            self.close()
             raise
         self._digest = self._records[-1].digest if self._records else genesis
 
@@ -169,27 +186,23 @@ class Store:
     ) -> None:
         self.close()
 
-    def _opened(self) -> sqlite3.Connection:
-        try:
-            connection = sqlite3.connect(self._path, isolation_level=None)
-            version = connection.execute("PRAGMA user_version").fetchone()[0]
-            tables = connection.execute("SELECT count(*) FROM sqlite_schema").fetchone()[0]
-            if version != SCHEMA_VERSION and (version or tables):
-                raise StoreError(f"{self._path}: is no store of version {SCHEMA_VERSION}")
-            connection.execute("PRAGMA journal_mode = WAL")
-            connection.execute("PRAGMA synchronous = FULL")
-            if not version:
-                connection.executescript(SCHEMA)
-        except sqlite3.Error as error:
-            raise StoreError(f"{self._path}: cannot be opened: {error}") from error
-        return connection
+    def _prepare(self, connection: sqlite3.Connection, head: Head) -> None:
+        version = connection.execute("PRAGMA user_version").fetchone()[0]
+        tables = connection.execute("SELECT count(*) FROM sqlite_schema").fetchone()[0]
+        if version != SCHEMA_VERSION and (version or tables):
+            raise StoreError(f"{self._path}: is no store of version {SCHEMA_VERSION}")
+        if not version and head[0]:
+            raise StoreError(f"{self._path}: is empty, but {HEAD_FILE} tells of {head[0]} records")
+        connection.execute("PRAGMA journal_mode = WAL")
+        connection.execute("PRAGMA synchronous = FULL")
+        if not version:
+            connection.executescript(SCHEMA)
 
-    def _sound_records(self, genesis: str) -> list[Record]:
-        try:
-            records = _records(self._connection)
-        except sqlite3.Error as error:
-            raise StoreError(f"{self._path}: cannot be read: {error}") from error
-        for fault in faults_in(records, genesis, read_head(self.folder)):
+    def _sound_records(
+        self, connection: sqlite3.Connection, genesis: str, head: Head
+    ) -> list[Record]:
+        records = _records(connection)
+        for fault in faults_in(records, genesis, head):
             raise StoreError(f"{self._path}: {fault}")
         return records
 
@@ -203,18 +216,11 @@ class Store:
 
         Raises ValueError for NaN and infinity, StoreError when the disk refuses.
         """
+        if self._connection is None:
+            raise StoreError(f"{self._path}: has been closed")
         records = self._made(stamp, visit, entries)
         try:
-            self._connection.execute("BEGIN IMMEDIATE")
-            try:
-                self._connection.executemany(
-                    "INSERT INTO record VALUES (?, ?, ?, ?, ?, ?)", records
-                )
-                self._connection.execute("COMMIT")
-            except BaseException:
-                if self._connection.in_transaction:
-                    self._connection.execute("ROLLBACK")
-                raise
+            _write(self._connection, records)
         except sqlite3.Error as error:
             raise StoreError(f"{self._path}: cannot be written: {error}") from error
         self._records += records
@@ -242,8 +248,10 @@ class Store:
 
     def close(self) -> None:
         """Close the file and let others write; closing twice does nothing."""
-        if self._lock >= 0:
+        if self._connection is not None:
             self._connection.close()
+            self._connection = None
+        if self._lock >= 0:
             os.close(self._lock)
             self._lock = -1
 

@@ -85,6 +85,9 @@ class Visit:
     def _open(self, t: float, index: int) -> None:
         if not CODE.fullmatch(self.person):
             raise VisitError(f"{self.person!r} is no code of a person")
+        for other, (held, status) in people_of(self._study.store.records).items():
+            if held == index and status != "aborted":
+                raise VisitError(f"index {index} is that of {other}")
         protocol, seed = self._study.protocol, self._study.info.seed
         opened = {
             "protocol": protocol.hash,
