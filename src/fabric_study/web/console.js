@@ -122,13 +122,18 @@ const SHOW = {
   },
 };
 
+/** Named values as bars; `most` fills one. */
 function bars(id, pairs, most, words, empty) {
   if (!pairs.length) return find(id).replaceChildren(empty ? el("p", { class: "quiet" }, empty) : "");
-  find(id).replaceChildren(...pairs.flatMap(([name, value]) => [
-    el("span", { class: "name" }, name.replaceAll("_", " ")),
-    el("meter", { min: 0, max: most, value: Math.max(value ?? 0, 0), "aria-label": name }),
-    el("span", { class: "number" }, value === null ? "–" : words(value)),
-  ]));
+  find(id).replaceChildren(...pairs.flatMap(([name, value]) => {
+    const filled = el("i");
+    filled.style.width = `${(100 * Math.min(Math.max(value ?? 0, 0), most)) / most}%`;
+    return [
+      el("span", { class: "name" }, name.replaceAll("_", " ")),
+      el("span", { class: "bar" }, filled),
+      el("span", { class: "number" }, value === null ? "–" : words(value)),
+    ];
+  }));
 }
 
 function preview() {
@@ -176,13 +181,14 @@ function confirmed(title, text, yes, wantsReason = true) {
   find("dialog-label").hidden = !wantsReason;
   find("dialog-reason").required = wantsReason;
   find("dialog-reason").value = "";
+  if (dialog.open) dialog.close("no");
   dialog.returnValue = "no";
-  dialog.showModal();
+  dialog.show(); // not modal: the stop button stays within reach
   return new Promise((done) => {
     dialog.addEventListener("close", () => done(dialog.returnValue === "yes" ? find("dialog-reason").value.trim() : null), { once: true });
   });
 }
-find("dialog").querySelector('[value="no"]').setAttribute("formnovalidate", "");
+find("dialog").addEventListener("keydown", (event) => event.key === "Escape" && find("dialog").close("no"));
 
 const on = (id, event, action) => find(id).addEventListener(event, action);
 on("stop", "click", () => run("stop"));

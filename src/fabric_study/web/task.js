@@ -60,7 +60,7 @@ function rules(task, step, texts) {
   const ordered = task.items.length > 1 && task.items.every((item) => item.colour === "");
   return [
     el("h1", {}, title),
-    el("ol", { class: `rules ${task.items.length > 5 ? "many" : ""}` },
+    el("ol", { class: ordered ? "rules sequence" : "rules" },
       ...task.items.map((item, index) => rule(item, ordered ? index + 1 : 0, texts))),
     ordered ? el("p", { class: "quiet" }, texts.in_order) : null,
   ];
@@ -84,7 +84,7 @@ function running(task, step, texts) {
       el("h1", { role: "status" }, task.placements.length ? texts.placed(task.placements.length, task.total) : texts.running),
       task.can_call ? call : null),
     task.placements.length ? null : el("p", { class: "quiet" }, texts.placed_none),
-    el("ol", { class: "placements" }, ...task.placements.map((placement) => placed(placement, texts))),
+    el("ol", { class: task.total > 10 ? "placements many" : "placements" }, ...task.placements.map((placement) => placed(placement, texts))),
   ];
 }
 
@@ -94,7 +94,7 @@ function placed(placement, texts) {
     el("span", { class: "what" }, cube(placement.colour), texts.cube[placement.colour] ?? texts.cube[""]),
     el("span", { class: "arrow", "aria-label": texts.into }, "→"),
     placement.by === "nobody" ? el("span", {}, texts.nobody) : tray(placement.container, texts),
-    placement.by === "nobody" ? null : el("span", { class: "quiet" }, texts[`by_${placement.by}`]));
+    el("span", { class: "quiet" }, placement.by === "nobody" ? "" : texts[`by_${placement.by}`]));
 }
 
 function ended(task, step, texts) {

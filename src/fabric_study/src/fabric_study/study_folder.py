@@ -70,12 +70,17 @@ class Study:
 
     def new_run(self) -> Path:
         """Return the path of the next run folder, `runs/K`, which does not exist yet."""
-        taken = [int(p.name) for p in (self.folder / RUNS).glob("*") if p.name.isdecimal()]
-        return self.folder / RUNS / str(max(taken, default=0) + 1)
+        return next_run(self.folder)
 
     def close(self) -> None:
         """Let others write."""
         self.store.close()
+
+
+def next_run(folder: Path) -> Path:
+    """Return the path of the next run folder of a study, which does not exist yet."""
+    taken = [int(path.name) for path in (folder / RUNS).glob("*") if path.name.isdecimal()]
+    return folder / RUNS / str(max(taken, default=0) + 1)
 
 
 def open_study(

@@ -24,8 +24,11 @@ MOST_PAGES = 16
 class Page:
     """One connected page: what it was told, and whether it has taken it."""
 
-    def __init__(self, role: Role, write: Callable[[str], Future]) -> None:
+    def __init__(
+        self, role: Role, write: Callable[[str], Future], close: Callable[[], None]
+    ) -> None:
         self.role = role
+        self.close = close
         self._write = write
         self._told: dict[str, str] = {}
         self._written: Future | None = None
@@ -62,8 +65,10 @@ class Live:
         self._timer.start()
 
     def stop(self) -> None:
-        """End it."""
+        """End it, and let go of all pages."""
         self._timer.stop()
+        for page in self._pages:
+            page.close()
 
     def add(self, page: Page) -> None:
         """Take in a page."""

@@ -88,11 +88,12 @@ class PageServer:
         self.live.start()
         return self.port
 
-    def close(self) -> None:
-        """Take no further request and stop telling the pages."""
+    async def close(self) -> None:
+        """Take no further request and let go of the pages."""
         self.live.stop()
         if self._server is not None:
             self._server.stop()
+            await self._server.close_all_connections()
 
     def application(self) -> Application:
         """Return the Tornado application."""
@@ -247,7 +248,7 @@ class LiveHandler(_Handler, WebSocketHandler):
         return origin == f"{self.request.protocol}://{self.request.host}"
 
     def open(self, *_: str) -> None:
-        self._page = Page(self._shown, self._send)
+        self._page = Page(self._shown, self._send, self.close)
         self._study.live.add(self._page)
 
     def _send(self, text: str) -> Future:

@@ -90,6 +90,11 @@ class VisitDesk:
         self._visit, self.language = visit, language
         self.task.attend(visit)
 
+    @property
+    def visit_is_open(self) -> bool:
+        """Whether somebody is in the middle of a visit."""
+        return self._visit is not None and self._visit.status == "open"
+
     def _open_visit(self) -> Visit:
         visit = self._visit
         if visit is None or visit.status != "open":
@@ -164,7 +169,7 @@ class VisitDesk:
     def _check_free(self, language: str) -> None:
         if language not in LANGUAGES:
             raise Refused(f"The language must be one of {', '.join(LANGUAGES)}.", 400)
-        if self._visit is not None and self._visit.status == "open":
+        if self.visit_is_open:
             raise Refused(f"The visit of {self._visit.person} is open; finish or abort it first.")
 
     def begin_task(self, step: str) -> None:
