@@ -218,7 +218,7 @@ def usage(command: str) -> str:
 
 
 def main(arguments: Sequence[str]) -> int:
-    """`-m fabric_bringup.arguments COMMAND [name:=value ...]` prints every checked word; exit 2 on refusal."""
+    """`COMMAND [name:=value ...]` prints every checked word; exit 2 on refusal."""
     command, *rest = arguments
     if rest == ["--help"]:
         print(usage(command))
