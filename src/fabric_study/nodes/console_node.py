@@ -42,7 +42,7 @@ from fabric_study.web.news import News
 from fabric_study.web.server import PageServer
 from fabric_study.web.visit_desk import VisitDesk
 
-PARAMETERS = ("protocol", "seed", "simulated", "address", "port", "auto_start", "nodes")
+PARAMETERS = ("protocol", "seed", "simulated", "address", "port", "auto_start", "record", "nodes")
 DEFAULT_PROTOCOL = "experiment-1"
 TICK_MS = 100
 ANSWER = 10.0  # s of wall time that a service may take
