@@ -18,8 +18,13 @@ DEADLINE = 400  # s, wall time for a whole run
 
 
 @contextmanager
-def running(folder: Path, *words: str, launch: str = "sim") -> Iterator[subprocess.Popen]:
-    """A launch file with a master of its own; what it says is on stdout."""
+def running(
+    folder: Path, *words: str, launch: str = "sim", named: str = "out_dir"
+) -> Iterator[subprocess.Popen]:
+    """A launch file with a master of its own; what it says is on stdout.
+
+    named: the argument that is told the folder.
+    """
     port = ports.any_free()
     environment = os.environ | {
         "ROS_MASTER_URI": f"http://localhost:{port}",
@@ -27,7 +32,7 @@ def running(folder: Path, *words: str, launch: str = "sim") -> Iterator[subproce
         "ROS_LOG_DIR": str(folder / "log"),
     }
     roslaunch = ["roslaunch", "--no-summary", "--skip-log-check", "-p", str(port), "fabric_bringup"]
-    command = [*roslaunch, f"{launch}.launch", f"out_dir:={folder}", *words]
+    command = [*roslaunch, f"{launch}.launch", f"{named}:={folder}", *words]
     process = subprocess.Popen(
         command, env=environment, text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT
     )

@@ -137,9 +137,8 @@ function bars(id, pairs, most, words, empty) {
 }
 
 function preview() {
-  const orders = state.study?.orders ?? [];
-  const order = orders[Number(find("index").value) % orders.length];
-  find("order-preview").textContent = order ? order.join(", ") : "";
+  const order = state.study?.orders[Number(find("index").value)];
+  find("order-preview").textContent = order ? order.join(", ") : "beyond the people that are planned";
 }
 
 /** Which levers can be used now. */

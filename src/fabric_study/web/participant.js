@@ -72,7 +72,7 @@ function render() {
     screen.dataset.step = open ? step.id : "";
     screen.dataset.kind = open ? step.kind : "message";
     screen.replaceChildren(open ? stepScreen(texts) : message(texts));
-    skipping = false;
+    skipping = busy = false; // what is still on its way was for the screen before
     if (moved) {
       window.scrollTo(0, 0);
       document.activeElement?.blur();
