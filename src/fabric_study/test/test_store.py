@@ -266,3 +266,28 @@ class EveryCode:
 
     def __len__(self):
         return len(LETTERS) ** LENGTH
+
+
+def test_a_study_can_be_read_where_nothing_can_be_written(filled):
+    before = sorted(filled.iterdir())
+    assert len(read_records(filled)) == 3
+    assert sorted(filled.iterdir()) == before
+
+
+@pytest.mark.parametrize("torn", [b"", b"2"])
+def test_a_head_that_a_power_cut_emptied_says_nothing_and_one_that_is_odd_is_refused(filled, torn):
+    (filled / "study.head").write_bytes(torn)
+    if torn:
+        with pytest.raises(StoreError, match="study.head: must hold a number and a digest"):
+            reopen_study(filled)
+    else:
+        reopen_study(filled).close()
+        assert len(load_study(filled).meta["hash"]) == 64
+
+
+def test_a_study_that_was_killed_before_its_first_record_begins_again(tmp_path):
+    small_study(tmp_path).close()
+    for path in (tmp_path / "study").glob("study.sqlite*"):
+        path.unlink()
+    with small_study(tmp_path) as study:
+        assert list(study.store.records) == []

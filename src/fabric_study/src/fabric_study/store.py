@@ -80,8 +80,10 @@ def read_records(folder: Path, after: int = 0) -> list[Record]:
     path = folder / STORE_FILE
     if not path.is_file():
         raise StoreError(f"{path}: there is no such file")
+    still = not path.with_name(f"{STORE_FILE}-wal").exists()  # closed; leave no file beside it
+    mode = "immutable=1" if still else "mode=ro"
     try:
-        connection = sqlite3.connect(f"{path.resolve().as_uri()}?mode=ro", uri=True)
+        connection = sqlite3.connect(f"{path.resolve().as_uri()}?{mode}", uri=True)
         try:
             return _records(connection, after)
         finally:
@@ -124,6 +126,8 @@ def read_head(folder: Path) -> Head:
     if not path.exists():
         return 0, ""
     words = path.read_text(encoding="utf-8", errors="replace").split()
+    if not words:  # what a power cut may leave of it
+        return 0, ""
     if len(words) != 2 or not words[0].isdecimal():
         raise StoreError(f"{path}: must hold a number and a digest, not {' '.join(words)!r}")
     return int(words[0]), words[1]
