@@ -17,6 +17,7 @@ import rospy
 import rostest
 
 from fabric_msgs.msg import Heartbeat, RunTaskAction, RunTaskGoal, RunTaskResult, TaskState
+from fabric_msgs.srv import Command
 from fabric_study.event_journal import JOURNAL_FILE, read_journal
 
 DEADLINE = 100.0  # s, wall time for any one condition
@@ -105,6 +106,10 @@ class Policies(unittest.TestCase):
         self.assertIn("abps/select failed", abps)
         self.assertIn("no.pomdpx: there is no such model file", file)
         self.assertNotIn(9, {state.task_id for state in self.states})
+
+    def test_the_button_is_refused_without_a_task(self) -> None:
+        answer = rospy.ServiceProxy("study/call", Command)()
+        self.assertEqual((answer.accepted, answer.reason), (False, "no task is running"))
 
     def test_every_event_is_in_the_journal(self) -> None:
         entries = read_journal(self.folder / JOURNAL_FILE).entries

@@ -49,6 +49,16 @@ def test_a_sequence_to_memorise_runs_in_the_graph_as_without_it(tmp_path):
     assert any(e["what"] == "subtask_succeeded" and e["by"] == "robot" for e in journal.entries)
 
 
+def test_a_robot_on_call_comes_in_the_graph_as_without_it(tmp_path):
+    words = ("scenario:=sorting", "tasks:=1", "seed:=107", "policy:=on_call")
+    words += ("human:=beginner_rested_attentive_collaborative",)
+    told = run(tmp_path / "graph", *words)
+    results = (tmp_path / "graph/results.csv").read_text()
+    assert (results, event_log(told)) == headless(tmp_path / "headless", *words)
+    said = [entry["what"] for entry in read_journal(tmp_path / "graph" / JOURNAL_FILE).entries]
+    assert "call" in said
+
+
 def rows(path: Path) -> list[dict[str, str]]:
     with path.open(newline="") as file:
         return list(csv.DictReader(file))

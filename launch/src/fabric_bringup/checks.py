@@ -17,7 +17,7 @@ from collections.abc import Callable, Sequence
 SCENARIOS = ("inspection", "sorting")
 TASK_TYPES = ("type_1_colours", "type_2_sequence", "type_3_mixed", "type_4_memory", "type_5_stroop")
 TASKS = {name: name for name in SCENARIOS} | dict.fromkeys(TASK_TYPES, "sorting")  # of scenarios
-POLICIES = ("abps", "proactive", "patient", "eager", "reactive", "none")
+POLICIES = ("abps", "proactive", "patient", "eager", "reactive", "on_call", "none")
 REPLAY_POLICIES = ("proactive", "patient", "eager", "reactive")
 RECORDING_SUFFIXES = (".csv", ".bag")
 PROTOCOLS = ("experiment-0", "experiment-1", "experiment-2")  # of fabric_study

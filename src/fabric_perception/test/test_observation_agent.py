@@ -221,6 +221,16 @@ def test_the_end_of_a_warning_is_a_change_and_the_next_one_interrupts_again():
     assert triggers(scene.percepts(WARN, 5)) == [WARNING]
 
 
+def test_a_call_is_observed_as_a_raised_hand_whether_seen_or_by_the_button():
+    warned, called = Scene(), Scene()
+    for scene, kind in ((warned, TaskEvent.WARNING), (called, TaskEvent.CALL)):
+        scene.percepts(IDLE)
+        assert triggers(scene.event(kind, PERSON)) == [WARNING]
+        assert scene.percepts(IDLE, 20)[0].trigger == CHANGE
+    assert called.seen == warned.seen
+    assert [observation.warning for observation in called.seen[-2:]] == [True, False]
+
+
 def failed(observations):
     return [observation.failed_attempts for observation in observations]
 

@@ -78,6 +78,43 @@ def test_every_shipped_model_decides(path):
         assert decision.action_name in ("idle", "planning", "point", "grasp", "cancel")
 
 
+ON_CALL = [  # what is seen, what the robot does
+    ({"idle": True}, "idle"),
+    ({"looking_around": True}, "idle"),
+    ({"warning": True}, "grasp"),  # a call
+    ({"warning": True, "looking_around": True}, "grasp"),  # the hand is still up
+    ({"idle": True}, "grasp"),
+    ({"grasp_attempt": True, "waiting_time": 7.9}, "grasp"),
+    ({"warning": True}, "cancel"),
+    ({"warning": True}, "cancel"),
+    ({"idle": True}, "idle"),
+    ({"warning": True}, "grasp"),
+    ({"idle": True, "waiting_time": 7.0}, "grasp"),
+    ({"idle": True, "waiting_time": 10.0}, "idle"),  # which lets the grasp come to its end
+    ({"warning": True}, "cancel"),
+    ({"idle": True}, "idle"),
+]
+
+
+@pytest.mark.parametrize("scenario", ["inspection", "sorting"])
+def test_on_call_the_robot_comes_by_the_first_hand_and_goes_by_the_next(scenario):
+    agent = fp.DecisionAgent(str(MODELS / f"{scenario}_on_call.pomdpx"), options())
+    for sequence, (seen, action) in enumerate(ON_CALL, start=1):
+        decision = agent.decide(observation(sequence, **seen))
+        assert (sequence, decision.action_name) == (sequence, action)
+        assert not decision.belief_recovered
+
+
+@pytest.mark.parametrize(
+    "end", ["subtask_success", "subtask_failure", "robot_success", "robot_failure"]
+)
+def test_on_call_the_next_cube_is_the_person_s_again(end):
+    agent = fp.DecisionAgent(str(MODELS / "sorting_on_call.pomdpx"), options())
+    seen = [{"idle": True}, {"warning": True}, {"idle": True}, {end: True}, {"idle": True}]
+    told = [agent.decide(observation(n, **fields)).action_name for n, fields in enumerate(seen, 1)]
+    assert told == ["idle", "grasp", "grasp", "idle", "idle"]
+
+
 def test_a_decision_fills_a_message():
     decision = fp.DecisionAgent(HELPER, options()).decide(observation(1, idle=True))
     message = decision.fill(Decision())

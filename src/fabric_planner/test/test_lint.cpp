@@ -180,7 +180,8 @@ TEST(Lint, FindsActionsThatAreNeedless) {
 TEST(Lint, HasNothingGraveToSayOfTheShippedModels) {
   for (const char* name :
        {"inspection_proactive", "inspection_eager", "inspection_patient", "inspection_reactive",
-        "sorting_proactive", "sorting_eager", "sorting_patient", "sorting_reactive", "none"}) {
+        "inspection_on_call", "sorting_proactive", "sorting_eager", "sorting_patient",
+        "sorting_reactive", "sorting_on_call", "none"}) {
     const auto path = std::string(PACKAGE_DIR) + "/models/" + name + ".pomdpx";
     for (const auto& finding : lint(loadModel(path))) {
       const bool known =

@@ -120,7 +120,8 @@ TEST_P(ShippedMap, IsTotalAndUsesOnlySymbolsOfItsModel) {
 
 INSTANTIATE_TEST_SUITE_P(Models, ShippedMap,
                          testing::Values("inspection_proactive", "inspection_reactive",
-                                         "sorting_proactive", "sorting_reactive", "none"));
+                                         "inspection_on_call", "sorting_proactive",
+                                         "sorting_reactive", "sorting_on_call", "none"));
 
 std::vector<std::string> numbered(int count) {
   std::vector<std::string> names;

@@ -34,7 +34,7 @@ class ScriptedWorker:
     looking_around: bool = False
     detected: bool = True
 
-    def start_task(self, t, scenario, rng, rules, load):
+    def start_task(self, t, scenario, rng, rules, load, on_call):
         self.told.append(("start_task", scenario, rules, load))
 
     def start_subtask(self, t, item):

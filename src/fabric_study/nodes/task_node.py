@@ -22,7 +22,15 @@ from fabric_msgs.msg import (
     TaskEvent,
     TaskState,
 )
-from fabric_msgs.srv import AddNote, AddNoteResponse, SelectPolicy, SetConveyor, SetModel
+from fabric_msgs.srv import (
+    AddNote,
+    AddNoteResponse,
+    Command,
+    CommandResponse,
+    SelectPolicy,
+    SetConveyor,
+    SetModel,
+)
 from fabric_msgs.traffic import Traffic
 from fabric_study.event_journal import JOURNAL_FILE, EventJournal
 from fabric_study.policies import ABPS, model_path
@@ -71,6 +79,7 @@ class TaskNode:
         self._traffic.subscribe("cell/containers", ContainerArray, self._on_containers)
         self._traffic.subscribe("human/warning", Header, self._on_warning)
         rospy.Service("study/note", AddNote, self._traffic.serialised(self._on_note))
+        rospy.Service("study/call", Command, self._traffic.serialised(self._on_call))
         self._server.start()
 
     def _execute(self, goal: RunTaskGoal) -> None:
@@ -154,6 +163,14 @@ class TaskNode:
         t = self._time_of(header)
         if self._manager is not None:
             self._publish(self._manager.on_warning(t))
+
+    def _on_call(self, _request: object) -> CommandResponse:
+        if self._manager is None:
+            return CommandResponse(accepted=False, reason="no task is running")
+        objection = self._manager.objection_to_call
+        if not objection:
+            self._publish(self._manager.on_call(self._newest))
+        return CommandResponse(accepted=not objection, reason=objection)
 
     def _time_of(self, header: Header) -> float:
         """The stamp (s), or the newest so far: real sensors do not deliver in order of time."""

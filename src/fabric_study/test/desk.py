@@ -21,8 +21,10 @@ def definition(colours=(RED, GREEN, BLUE), **changes) -> TaskDefinition:
 class Desk:
     """A task in which time moves by 0.1 s a step."""
 
-    def __init__(self, task: TaskDefinition, task_id=1, counters: Counters | None = None) -> None:
-        self.manager = TaskManager(task, task_id, seed=7, counters=counters)
+    def __init__(
+        self, task: TaskDefinition, task_id=1, counters: Counters | None = None, policy=""
+    ) -> None:
+        self.manager = TaskManager(task, task_id, seed=7, counters=counters, policy=policy)
         self.t = 10.0
         self.events: list[TaskEvent] = []
         self.commands: list[tuple[float, bool]] = []

@@ -17,6 +17,7 @@ from fabric_perception.subtask_tracker import RESOLUTION, SubtaskTracker
 
 SUBTASK_END = (TaskEvent.SUBTASK_SUCCEEDED, TaskEvent.SUBTASK_FAILED)
 TASK_END = (TaskEvent.TASK_SUCCEEDED, TaskEvent.TASK_FAILED)
+RAISED_HAND = (TaskEvent.WARNING, TaskEvent.CALL)  # the model knows by what came before
 
 
 class ObservationAgent:
@@ -55,7 +56,7 @@ class ObservationAgent:
             self._subtask.start(t, self._gesture() == HumanActivity.GRASP)
         elif event.kind in SUBTASK_END:
             return self._on_subtask_end(t, event)
-        elif event.kind == TaskEvent.WARNING:
+        elif event.kind in RAISED_HAND:
             return self._on_warning(t)
         elif event.kind in TASK_END:
             return self._on_task_end(t, event)

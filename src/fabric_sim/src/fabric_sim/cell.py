@@ -42,6 +42,7 @@ from fabric_sim.worker_events import (
 
 __all__ = ["TICK", "Cell", "CellConfig", "CellOutput", "Moment", "Stimulus"]
 
+ON_CALL = "on_call"  # policy under which people call the robot
 TICK = 0.05  # s
 TICKS_A_SECOND = 20
 PERCEPT_TICKS = 2  # sensors report at every second tick, 10 Hz
@@ -120,7 +121,8 @@ class Cell:
         self._rules = CubeRules.of(task)
         self._new_task(task.scenario, list(task.cube_colours))
         rng = named_generator(self._seed, "worker", task.task_id)
-        self.worker.start_task(self.now, task.scenario, rng, self._rules.by_item, task.load)
+        rules, on_call = self._rules.by_item, task.policy == ON_CALL
+        self.worker.start_task(self.now, task.scenario, rng, rules, task.load, on_call)
 
     def command(self, command: Any) -> None:
         """Take a MotionCommand of the motion agent; it acts from the next tick on."""

@@ -129,12 +129,13 @@ class ManualWorker(Worker):
         rng: np.random.Generator | None = None,
         rules: Mapping[Any, str] | None = None,
         load: float = 1.0,
+        on_call: bool = False,
     ) -> None:
         """Begin a task; as Worker.start_task. Time stands until somebody begins."""
         with self._lock:
             self.ready = self._leaving = False
             self._commands.clear()
-            super().start_task(t, scenario, rng, rules, load)
+            super().start_task(t, scenario, rng, rules, load, on_call)
 
     def end_subtask(self, t: float, success: bool, by_person: bool) -> None:
         """As Worker.end_subtask; who looks around goes on looking until the last cube."""
@@ -199,6 +200,9 @@ class ManualWorker(Worker):
         self._wait(t)
 
     def _do_warn(self, t: float, _: str) -> None:
+        if self._on_call and self._subtask and self._robot != ROBOT_GRASP:
+            self._call(t)
+            return
         if self._robot_grasping:
             self.refusals += 1
             self.person.annoyed(1.0)

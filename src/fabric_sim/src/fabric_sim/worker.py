@@ -71,6 +71,8 @@ class Worker(LoneWorker):
         self.refusals = 0
         self._running = False  # a task
         self._pointings = 0
+        self._on_call = False  # the robot comes when it is called
+        self._called = False  # it was, for this cube
         self._origin: str | None = None  # overrides where the person was interrupted
         self._forget_robot()
 
@@ -87,13 +89,14 @@ class Worker(LoneWorker):
         rng: np.random.Generator | None = None,
         rules: Mapping[Any, str] | None = None,
         load: float = 1.0,
+        on_call: bool = False,
     ) -> None:
         """Begin a task at its place of work.
 
         rng: generator of this task, so that a task replays without the ones before it.
         rules: label of the right tray by item to remember; needed for sorting. load: how hard they
-        are to remember, relative to task type 4. Raises WorkerParameterError for an unknown
-        scenario or sorting without rules.
+        are to remember, relative to task type 4. on_call: the robot comes when it is called.
+        Raises WorkerParameterError for an unknown scenario or sorting without rules.
         """
         known(scenario, SCENARIOS, "scenario")
         if scenario == "sorting" and not rules:
@@ -106,6 +109,7 @@ class Worker(LoneWorker):
         self._prepare(scenario)
         self._forget_robot()
         self.counters = Counters()
+        self._on_call, self._called = on_call, False
         self._running, self._subtask, self.away, self.holding = True, False, False, False
         self._agenda.drop_notice()
         self._set_state("task_assigned", t)
@@ -116,6 +120,7 @@ class Worker(LoneWorker):
         when it is at the pick point."""
         self._subtask = True
         self._item = item
+        self._called = False
         self._pointings = 0
         self._truth = None
         self.counters.begin_again()
@@ -292,7 +297,7 @@ class Worker(LoneWorker):
         """The robot takes over: refuse or accept, depending on where the person was interrupted."""
         if self.action == "walk_away" or self.state == "robot_interfered":
             return
-        refused = self._rng.random() < self._refusal(t)
+        refused = not self._called and self._rng.random() < self._refusal(t)
         self._origin = None
         self.interferences += 1
         self._set_state("robot_interfered", t)
@@ -318,6 +323,48 @@ class Worker(LoneWorker):
         self.counters.begin_again()
         self._begin(t, "idle")
         self._pass_time(t, STATE_INDEX[self.state], ACTION_INDEX["idle"])
+
+    # -- asking for help (on call) ----------------------------------------------------------------
+
+    def _decide(self, t: float) -> None:
+        """Call the robot where that is wanted, else go on by the policy."""
+        if self._on_call and self._wants_help(t):
+            self._call(t)
+        else:
+            super()._decide(t)
+
+    def _wants_help(self, t: float) -> bool:
+        """Whether help is needed with the cube at the pick point, and welcome.
+
+        It is needed by who would accept it by the rule of truth.py, and by who does not remember
+        where the cube belongs; it is welcome with the probability that it would be accepted.
+        """
+        if self._called or not self._subtask or not self._cube or self._held_by != HELD_BY_NOBODY:
+            return False
+        if self._robot == ROBOT_GRASP or self.away:
+            return False
+        needed = self.truth(t).anticipated_state == "needs_help"
+        if not needed and self._sorting:
+            needed = self._rng.random() >= self._memory.knows(self._item)
+        return needed and self._rng.random() < self.acceptance(t)
+
+    def _call(self, t: float) -> None:
+        self._called = True
+        self._begin(t, "warn")
+        self._emit(t, EventKind.CALLED)
+        self._agenda.add(t + self._timing.warn.draw(self._rng), self._wait_for_robot)
+
+    def _wait_for_robot(self, t: float) -> None:
+        self._begin(t, "idle")
+        self._agenda.add(t + self._timing.idle.draw(self._rng), self._end_waiting)
+
+    def _end_waiting(self, t: float) -> None:
+        """A robot that is not on its way was called in vain."""
+        self._called = self._robot == ROBOT_GRASP
+        if self._called:
+            self._wait_for_robot(t)
+        else:
+            self._decide(t)
 
     def _notice_pointing(self, t: float) -> None:
         """Pointing calls the attention back; repeated at somebody who works it annoys."""

@@ -36,6 +36,7 @@ class EventKind(enum.Enum):
     PLACED_CUBE = "placed_cube"  # into the person's tray `container`; `correct` by the rules
     RELEASED = "released"  # lets go of the cube: it goes back to the pick point
     WARNED = "warned"  # begins a stop gesture
+    CALLED = "called"  # raises a hand for help, which looks the same
     LEFT = "left"  # is out of sight from now on
     RETURNED = "returned"  # is in sight again
 

@@ -24,7 +24,7 @@ KINDS = _constants(
     TaskEvent,
     (
         "TASK_STARTED", "SUBTASK_STARTED", "SUBTASK_SUCCEEDED", "SUBTASK_FAILED", "WARNING",
-        "TASK_SUCCEEDED", "TASK_FAILED", "TASK_ABORTED",
+        "TASK_SUCCEEDED", "TASK_FAILED", "TASK_ABORTED", "CALL",
     ),
 )  # fmt: skip
 ACTIONS = _constants(Decision, ("IDLE", "PLANNING", "POINT", "GRASP", "CANCEL"))

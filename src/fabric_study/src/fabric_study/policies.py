@@ -2,13 +2,15 @@
 """What can decide for the robot in a task, and which decision model that is.
 
 A policy is `abps` (a model is selected for every task), `none` (human alone), a decision model
-file, or the name of a model that lies in the folder of models as SCENARIO_NAME.pomdpx.
+file, or the name of a model that lies in the folder of models as SCENARIO_NAME.pomdpx. Under
+`on_call`, one of these names, a raised hand asks for help.
 """
 
 from pathlib import Path
 
 ABPS = "abps"
 NONE = "none"
+ON_CALL = "on_call"
 MODEL_SUFFIXES = (".pomdpx", ".pomdp")
 
 

@@ -25,6 +25,7 @@ from fabric_msgs.msg import (
     TaskEvent,
     TaskState,
 )
+from fabric_study.policies import ON_CALL
 from fabric_study.stamps import checked
 from fabric_study.tasks import TaskDefinition
 
@@ -78,6 +79,7 @@ class TaskManager:
         self._subtask_began = 0.0
         self._results: list[SubtaskResult] = []
         self._last_warning: float | None = None
+        self._called = False  # the robot is at work because somebody asked for help
         self._changed = False
         self._state = state = TaskState()
         state.task_id, state.seed = task_id, seed
@@ -155,14 +157,45 @@ class TaskManager:
         return self._close()
 
     def on_warning(self, t: float) -> list[TaskEvent]:
-        """Take the fast road of a warning; signals without a gap between them are one warning."""
+        """Take the fast road of a warning; signals without a gap between them are one warning.
+
+        Under policy on_call it is a call while the robot does nothing: nobody has called it for
+        this cube, or it was sent away.
+        """
         self._open(t)
         last, self._last_warning = self._last_warning, self._time
         apart = last is None or self._time - last >= self._definition.warning_gap - RESOLUTION
         if apart and self._running():
-            self._state.warnings += 1
-            self._event(TaskEvent.WARNING, TaskEvent.BY_PERSON)
+            if self._waits_for_call():
+                self._call()
+            else:
+                self._called = False
+                self._state.warnings += 1
+                self._event(TaskEvent.WARNING, TaskEvent.BY_PERSON)
         return self._close()
+
+    @property
+    def objection_to_call(self) -> str:
+        """Why the robot cannot be called now, as a sentence, or nothing."""
+        if self._state.policy != ON_CALL:
+            return f"nobody waits for a call under policy {self._state.policy}"
+        if not self._running():
+            return "no task is running"
+        return "the robot has been called already" if self._called else ""
+
+    def on_call(self, t: float) -> list[TaskEvent]:
+        """Take the button that calls the robot; nothing happens when there is an objection."""
+        self._open(t)
+        if self._running() and self._waits_for_call():
+            self._call()
+        return self._close()
+
+    def _waits_for_call(self) -> bool:
+        return self._state.policy == ON_CALL and not self._called
+
+    def _call(self) -> None:
+        self._called = True
+        self._event(TaskEvent.CALL, TaskEvent.BY_PERSON)
 
     def abort(self, t: float) -> list[TaskEvent]:
         """End the task without a result; nothing happens when it has ended."""
@@ -255,6 +288,7 @@ class TaskManager:
         if self._phase is Phase.BELT:  # the sensor has missed it: a subtask starts before it ends
             self._event_start(cube_id)
         self._scored.add(cube_id)
+        self._called = False
         kind = TaskEvent.SUBTASK_SUCCEEDED if success else TaskEvent.SUBTASK_FAILED
         score = self._score(success, by)
         self._state.score += score
