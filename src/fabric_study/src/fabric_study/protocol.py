@@ -144,7 +144,7 @@ def protocol_names() -> list[str]:
 def load_protocol(name_or_path: str) -> Protocol:
     """Return a shipped protocol by name, or the one in a .yaml file by path, with all it needs.
 
-    An instrument that is no shipped one is sought as NAME.yaml beside the file.
+    Instruments are sought as NAME.yaml beside the file, then among the shipped ones.
     Raises DefinitionError naming the file, the key and the value that cannot be meant.
     """
     path = load_path("protocols", name_or_path)
