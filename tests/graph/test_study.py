@@ -5,12 +5,13 @@ from __future__ import annotations
 
 import asyncio
 import json
+import os
 import re
 import signal
-import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
+from xmlrpc.client import ServerProxy
 
 import whole_runs
 import yaml
@@ -21,6 +22,7 @@ from fabric_study.store import read_records
 from fabric_study.store_verify import verify
 
 WORDS = ("cell:=simulated", "speed:=8", "seed:=101", "port:=0", "record:=false", "auto_start:=true")
+STUDY = {"launch": "study", "named": "study"}
 AGREEMENT = {n: {"en": f"step {n}", "de": f"Stufe {n}"} for n in range(1, 6)}
 TASK = {
     "scenario": "sorting",
@@ -134,14 +136,22 @@ def addresses(process) -> tuple[str, str]:
     raise AssertionError("".join(told))
 
 
-async def visit(console: Page, page: Page) -> None:
-    """Start a visit and go through it to its end."""
+async def connect(console: Page, page: Page) -> None:
+    """Open both pages and wait for the graph."""
     await console.open("console")
     await page.open("participant")
     await console.until(lambda known: not known["health"]["missing"])
+
+
+async def begin(console: Page, page: Page) -> None:
+    """Start a visit and read its first text."""
     await console.ask("open_visit", index=0, language="en")
     await page.until(lambda known: known["step"] and known["step"]["kind"] == "text")
     await page.ask("finish_step", step="start_1", accept_missing=False)
+
+
+async def do_task(console: Page, page: Page) -> None:
+    """Go through the task, from its rules to its result."""
     await page.ask("ready", step="task_1")
     shown = await page.until(lambda known: known["task"] and known["task"]["phase"] == "rules")
     assert [item["colour"] for item in shown["task"]["items"]] == ["red", "green", "blue"]
@@ -152,6 +162,10 @@ async def visit(console: Page, page: Page) -> None:
                              and known["task"]["result"]["saved"])  # fmt: skip
     assert len(shown["task"]["placements"]) == 2
     await page.ask("finish_step", step="task_1", accept_missing=False)
+
+
+async def answer(console: Page, page: Page) -> None:
+    """Answer the question; the visit ends with it."""
     await page.ask("answer", step="task_1_after", item="trust", value=4)
     shown = await page.until(lambda known: known["questions"] and known["questions"]["answers"])
     assert shown["questions"]["answers"] == {"trust": 4}
@@ -160,24 +174,82 @@ async def visit(console: Page, page: Page) -> None:
     await page.until(lambda known: known["visit"]["status"] == "finished")
 
 
+async def stop_and_release(console: Page, _: Page) -> None:
+    """The big button, and what undoes it."""
+    await console.ask("stop")
+    shown = await console.until(lambda known: (known["safety"] or {}).get("state") == "stop")
+    assert "console" in shown["safety"]["cause"]
+    await console.ask("release")
+    await console.until(lambda known: known["safety"]["state"] == "run")
+
+
+async def whole_visit(console: Page, page: Page) -> None:
+    for part in (connect, stop_and_release, begin, do_task, answer):
+        await part(console, page)
+
+
+async def into_the_task(console: Page, page: Page) -> None:
+    """As far as the first event of the task."""
+    await connect(console, page)
+    await begin(console, page)
+    await page.ask("ready", step="task_1")
+    await console.until(lambda known: known["task"] and known["task"]["events"])
+
+
+async def rest_of_visit(console: Page, page: Page) -> None:
+    """What is left after the task was cut off, on pages that find themselves where they were."""
+    await connect(console, page)
+    shown = await page.until(lambda known: known["visit"])
+    assert (shown["step"]["id"], shown["task"]["phase"]) == ("task_1", "ready")
+    assert shown["visit"]["language"] == "en"
+    await do_task(console, page)
+    await answer(console, page)
+
+
+def kill_console(process) -> None:
+    """As a power cut would, from one moment to the next."""
+    port = process.args[process.args.index("-p") + 1]
+    master = ServerProxy(f"http://localhost:{port}")
+    _, _, uri = master.lookupNode("/test_study", "/console")
+    _, _, pid = ServerProxy(uri).getPid("/test_study")
+    os.kill(pid, signal.SIGKILL)
+
+
 def test_a_visit_through_the_pages_is_in_the_store(tmp_path: Path) -> None:
     study, protocol = tmp_path / "study", write_protocol(tmp_path / "plan")
-    named = {"launch": "study", "named": "study"}
-    with whole_runs.running(study, *WORDS, f"protocol:={protocol}", **named) as process:
-        console, page = (Page(url) for url in addresses(process))
-        asyncio.run(visit(console, page))
-        begun = time.monotonic()
+    with whole_runs.running(study, *WORDS, f"protocol:={protocol}", **STUDY) as process:
+        asyncio.run(whole_visit(*map(Page, addresses(process))))
         process.send_signal(signal.SIGINT)
         told, _ = process.communicate(timeout=whole_runs.DEADLINE)
-    print(f"all nodes left {time.monotonic() - begun:.1f} s after Ctrl-C")
     records = read_records(study)
     kinds = [record.kind for record in records]
     for kind in ("visit_opened", "task_begun", "task_done", "visit_closed"):
         assert kinds.count(kind) == 1, kinds
     (row,) = [record.content["row"] for record in records if record.kind == "task_done"]
     assert (row["scenario"], row["policy"], row["task"]) == ("sorting", "proactive", 1)
-    (answer,) = [record.content for record in records if record.kind == "answer"]
-    assert (answer["item"], answer["value"], answer["condition"]) == ("trust", 4, "only")
+    (given,) = [record.content for record in records if record.kind == "answer"]
+    assert (given["item"], given["value"], given["condition"]) == ("trust", 4, "only")
     assert whole_runs.status(study / "runs" / "1") == "finished"
     assert "SIGKILL" not in told and "escalating" not in told
+    assert verify(study).faults == []
+
+
+def test_a_visit_goes_on_after_the_console_was_killed_in_a_task(tmp_path: Path) -> None:
+    study, protocol = tmp_path / "study", write_protocol(tmp_path / "plan")
+    with whole_runs.running(study, *WORDS, f"protocol:={protocol}", **STUDY) as process:
+        first = addresses(process)
+        asyncio.run(into_the_task(*map(Page, first)))
+        kill_console(process)
+        process.communicate(timeout=whole_runs.DEADLINE)  # the whole launch ends with it
+    with whole_runs.running(study, *WORDS, **STUDY) as process:
+        again = addresses(process)
+        assert [url.split("=")[1] for url in again] == [url.split("=")[1] for url in first]
+        asyncio.run(rest_of_visit(*map(Page, again)))
+    kinds = [record.kind for record in read_records(study)]
+    assert (kinds.count("task_begun"), kinds.count("task_aborted"), kinds.count("task_done")) == (
+        2,
+        1,
+        1,
+    )
+    assert sorted(path.name for path in (study / "runs").iterdir()) == ["1", "2"]
     assert verify(study).faults == []

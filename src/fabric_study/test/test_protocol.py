@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 from study_play import INSTRUMENTS, PLAN, likert, small_protocol, words, write_plan
 
 from fabric_study.orders import ORDERS, condition_order, williams_rows
-from fabric_study.protocol import check_definitions, load_protocol, protocol_from, protocol_names
+from fabric_study.protocol import load_protocol, protocol_from, protocol_names
+from fabric_study.shipped import load_path
 from fabric_study.strict_yaml import DefinitionError
 
 SEEDS = st.integers(0, 2**31 - 1)
@@ -185,9 +186,16 @@ REFUSED = [
     (changed("conditions", "Slow", value={}), "conditions.Slow: is no name"),
     (changed("conditions", "slow", "tasks", value=0), "conditions.slow.tasks: is 0"),
     (changed("conditions", "slow", "policy", value="lazy"), "conditions.slow.policy: is 'lazy'"),
+    (changed("conditions", "slow", "policy", value="own.pomdpx"),
+     "conditions.slow.policy: own.pomdpx must be a full path"),
+    (changed("conditions", "slow", "policy", value="/nowhere/own.pomdpx"),
+     "conditions: there is no model file /nowhere/own.pomdpx"),
     (changed("conditions", "slow", "policy", drop=True), "conditions.slow.policy: is missing"),
     (changed("conditions", "slow", "robot", value=1), "conditions.slow.robot: is not known"),
     (changed("conditions", "slow", "shown_as", drop=True), "conditions.slow.shown_as: is missing"),
+    (changed("conditions", "slow", "definition", value="type_9"), "no task definition 'type_9'"),
+    (changed("conditions", "slow", "definition", value="own.yaml"),
+     "conditions.slow.definition: own.yaml must be a full path"),
     (changed("conditions", "slow", "definition", value=9), "conditions.slow.definition: must name"),
     (changed("conditions", "slow", "after_task", value=["load"]),
      "conditions.slow.after_task: load is meant for `when: general`, not for after_task"),
@@ -232,7 +240,38 @@ def test_an_instrument_that_is_nowhere_is_refused_with_the_shipped_ones(tmp_path
         load_protocol(str(write_plan(tmp_path, plan)))
 
 
-def test_a_task_definition_that_is_nowhere_is_refused_with_those_that_are_shipped(tmp_path):
-    plan = changed("conditions", "slow", "definition", value="type_9")
-    with pytest.raises(DefinitionError, match="no task definition 'type_9'; there are .*sorting"):
-        check_definitions(load_protocol(str(write_plan(tmp_path, plan))))
+def test_definitions_are_of_one_scenario(tmp_path):
+    plan = changed("conditions", "slow", "definition", value="inspection")
+    with pytest.raises(DefinitionError, match="conditions: mix the scenarios inspection, sorting"):
+        load_protocol(str(write_plan(tmp_path, plan)))
+
+
+def test_a_task_that_was_made_harder_is_another_protocol(tmp_path):
+    text = load_path("tasks", "sorting").read_text(encoding="utf-8")
+    hashes = set()
+    for seconds in ("8.0", "2.0"):
+        own = tmp_path / "own.yaml"
+        own.write_text(text.replace("rules_display_time: 8.0", f"rules_display_time: {seconds}"))
+        plan = changed("conditions", "slow", "definition", value=str(own))
+        hashes.add(load_protocol(str(write_plan(tmp_path, plan))).hash)
+    assert len(hashes) == 2
+
+
+def test_content_whose_definitions_are_not_those_of_the_plan_is_refused(tmp_path):
+    content = small_protocol(tmp_path).content
+    other = {"type_9": {}}
+    with pytest.raises(DefinitionError, match="definitions.sorting: is missing"):
+        protocol_from({**content, "definitions": other}, "study.json")
+    with pytest.raises(DefinitionError, match="definitions.type_9: is not known"):
+        both = {**content["definitions"], **other}
+        protocol_from({**content, "definitions": both}, "study.json")
+
+
+def test_a_decision_model_of_ones_own_can_be_a_condition(tmp_path):
+    model = tmp_path / "own.pomdpx"
+    model.touch()
+    plan = changed("conditions", "slow", "policy", value=str(model))
+    protocol = load_protocol(str(write_plan(tmp_path, plan)))
+    assert protocol.conditions["slow"].policy == str(model)
+    model.unlink()
+    assert protocol_from(protocol.content, "study.json") == protocol  # read on another machine

@@ -132,6 +132,10 @@ FORGED = [
     (edited("visit_opened", protocol="0"), "visit_opened: protocol is '0', not "),
     (edited("visit_opened", conditions=["slow"]), "visit_opened: conditions is ['slow'], not"),
     (edited("visit_opened", index=1), "conditions"),
+    (
+        lambda records: [r._replace(visit="X") if r.kind == "note" else r for r in records],
+        "'X' is no code of a person whose visit was opened",
+    ),
 ]
 
 

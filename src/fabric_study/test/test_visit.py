@@ -9,6 +9,7 @@ from study_play import RunFolder, play, play_task, small_study
 from fabric_study.event_journal import entry_of
 from fabric_study.store import read_records
 from fabric_study.study_data import load_study
+from fabric_study.task_record import catch_up, row_of
 from fabric_study.visit import Visit, begin_visit, next_index, people_of
 from fabric_study.visit_state import KEYS, VisitError, VisitState
 
@@ -141,10 +142,7 @@ def test_an_event_told_again_is_no_news_and_one_too_many_is_refused(study, visit
 
 def test_a_row_without_its_last_event_or_of_another_task_is_refused(study, visit):
     entries = begun(study, visit)
-    path = study.folder / "runs" / "1"
-    from fabric_study.task_record import row_of
-
-    row = row_of(path, 1)
+    row = row_of(study.folder / "runs" / "1", 1)
     visit.task_events(3.0, entries[:-1])
     with pytest.raises(VisitError, match="its row comes before the event of its end"):
         visit.task_done(4.0, row)
@@ -172,6 +170,24 @@ def test_an_aborted_task_is_tried_again_with_other_cubes(study, visit):
     visit.task_begun(5.0, "1", 2)
     assert visit.attempt.seed == second
     assert Visit(study, CODE).attempt == visit.attempt
+
+
+def test_a_task_is_caught_up_with_only_when_its_end_and_its_whole_row_are_there(study, visit):
+    entries = begun(study, visit)
+    run = study.folder / "runs" / "1"
+    journal, results = run / "events.jsonl", run / "results.csv"
+    lines, whole = journal.read_bytes().splitlines(keepends=True), results.read_bytes()
+    aborted = lines[-1].replace(b"task_succeeded", b"task_aborted")
+    results.write_bytes(whole[:-9])  # torn by a kill
+    journal.write_bytes(b"".join(lines[:3]) + lines[3][:20])
+    assert not catch_up(visit, 4.0, study.folder)
+    assert visit.attempt.events == entries[:3]
+    results.write_bytes(whole)  # the recorder writes rows of aborted tasks, too
+    journal.write_bytes(b"".join([*lines[:-1], aborted]))
+    assert not catch_up(visit, 4.0, study.folder)
+    assert visit.task_running
+    visit.task_aborted(5.0, "stopped")
+    assert not catch_up(visit, 6.0, study.folder)
 
 
 def test_no_task_begins_in_a_break_and_none_twice(study, visit):

@@ -5,17 +5,19 @@ import hashlib
 import json
 import re
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Any
 
 from fabric_study.instruments import IDENTIFIER, Instrument, Text, instrument_from, text_of
 from fabric_study.orders import MOST_BALANCED, ORDERS, condition_order
+from fabric_study.policies import ABPS, MODEL_SUFFIXES, NONE
 from fabric_study.shipped import load_path, names_in
 from fabric_study.strict_yaml import DefinitionError, Section, read
-from fabric_study.tasks import definition_names
+from fabric_study.tasks import load_definition
 
 PROTOCOL_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,63}")
-POLICIES = ("none", "abps", "proactive", "patient", "eager", "reactive")
+POLICIES = (NONE, ABPS, "proactive", "patient", "eager", "reactive")
 PLACES = {"start": ("start",), "after_task": ("task",), "after_condition": ("general",)}
 PLACES["end"] = ("general",)
 
@@ -64,11 +66,11 @@ class Protocol:
     conditions: Mapping[str, Condition]
     end: tuple[Step, ...]
     instruments: Mapping[str, Instrument]
-    content: Mapping[str, Any]  # all of it as `study.json` keeps it; `protocol_from` reads it back
+    content: Mapping[str, Any]  # all of it as in `study.json`, for `protocol_from`
 
     @property
     def hash(self) -> str:
-        """SHA-256 of the whole content - protocol and instruments - in hexadecimal digits."""
+        """SHA-256 of the content - plan, wording, task definitions - in hexadecimal digits."""
         text = json.dumps(self.content, separators=(",", ":"), allow_nan=False)
         return hashlib.sha256(text.encode()).hexdigest()
 
@@ -140,9 +142,9 @@ def protocol_names() -> list[str]:
 
 
 def load_protocol(name_or_path: str) -> Protocol:
-    """Return a shipped protocol by name, or the one in a .yaml file by path, with its instruments.
+    """Return a shipped protocol by name, or the one in a .yaml file by path, with all it needs.
 
-    An instrument that is no shipped one is sought as NAME.yaml beside the file.
+    Instruments are sought as NAME.yaml beside the file, then among the shipped ones.
     Raises DefinitionError naming the file, the key and the value that cannot be meant.
     """
     path = load_path("protocols", name_or_path)
@@ -153,7 +155,11 @@ def load_protocol(name_or_path: str) -> Protocol:
         instruments[name] = instrument_from(name, read(file))
         wordings[name] = read(file).content
     content = {"name": path.stem, "protocol": plan.content, "instruments": wordings}
-    return _protocol(path.stem, plan, instruments, content)
+    protocol = _protocol(path.stem, plan, instruments, content)
+    _check_models(plan, protocol)
+    return replace(
+        protocol, content=_plain({**content, "definitions": _definitions(plan, protocol)})
+    )
 
 
 def protocol_from(content: Mapping[str, Any], source: str) -> Protocol:
@@ -163,8 +169,13 @@ def protocol_from(content: Mapping[str, Any], source: str) -> Protocol:
     for key, wording in wordings.items():
         instruments[key] = instrument_from(key, Section(f"{source}: instrument {key}", "", wording))
     plan = Section(source, "", whole.value("protocol"))
+    definitions = whole.section("definitions")
     whole.finish()
-    return _protocol(name, plan, instruments, content)
+    protocol = _protocol(name, plan, instruments, content)
+    for definition in protocol.definitions:
+        definitions.section(definition)
+    definitions.finish()
+    return protocol
 
 
 def _protocol(
@@ -188,9 +199,35 @@ def _protocol(
         first=first,
         conditions=conditions,
         instruments=instruments,
-        content=json.loads(json.dumps(content)),  # as `study.json` will give it back
+        content=_plain(content),
         **plan,
     )
+
+
+def _plain(content: Mapping[str, Any]) -> dict[str, Any]:
+    """Return content as `study.json` will give it back."""
+    return json.loads(json.dumps(content))
+
+
+def _check_models(plan: Section, protocol: Protocol) -> None:
+    policies = [step.policy for step in protocol.start if step.practice]
+    for policy in (*policies, *(condition.policy for condition in protocol.conditions.values())):
+        if policy not in POLICIES and not Path(policy).is_file():
+            raise plan.error("conditions", f"there is no model file {policy}")
+
+
+def _definitions(plan: Section, protocol: Protocol) -> dict[str, Any]:
+    """Return the content of the task definitions, each of which must be fit to be used."""
+    contents, scenarios = {}, set()
+    for name in protocol.definitions:
+        try:
+            scenarios.add(load_definition(name).scenario)
+        except DefinitionError as error:
+            raise plan.error("", str(error)) from error
+        contents[name] = read(load_path("tasks", name)).content
+    if len(scenarios) > 1:
+        raise plan.error("conditions", f"mix the scenarios {', '.join(sorted(scenarios))}")
+    return contents
 
 
 def _order(section: Section, conditions: Mapping[str, Condition]) -> tuple[str, tuple[str, ...]]:
@@ -254,6 +291,13 @@ def _work(section: Section) -> tuple[str, str]:
     definition = section.value("definition")
     if not isinstance(definition, str) or not definition:
         raise section.error("definition", f"must name a task definition, not {definition!r}")
+    if definition.endswith(".yaml") and not Path(definition).is_absolute():
+        raise section.error("definition", f"{definition} must be a full path")
+    policy = section.value("policy")
+    if isinstance(policy, str) and policy.lower().endswith(MODEL_SUFFIXES):
+        if not Path(policy).is_absolute():
+            raise section.error("policy", f"{policy} must be a full path")
+        return definition, policy
     return definition, section.choice("policy", POLICIES)
 
 
@@ -321,13 +365,3 @@ def _named_instruments(top: Section) -> list[str]:
     for place in places:
         names += place if isinstance(place, list) else []
     return list(dict.fromkeys(name for name in names if isinstance(name, str)))
-
-
-def check_definitions(protocol: Protocol) -> None:
-    """Raise DefinitionError for a task definition that is neither shipped nor a file."""
-    known = definition_names()
-    for name in protocol.definitions:
-        if not name.endswith(".yaml") and name not in known:
-            raise DefinitionError(
-                f"{protocol.name}: no task definition {name!r}; there are {', '.join(known)}"
-            )

@@ -80,8 +80,9 @@ def _visits(info: StudyInfo, records: Sequence[Record], verdict: Verdict) -> dic
 def _faults_in_people(states: dict[str, VisitState]) -> Iterator[str]:
     holders: dict[int | None, str] = {}
     for person, state in states.items():
-        if not CODE.fullmatch(person):
-            yield f"{STORE_FILE}: {person!r} is no code of a person"
+        if state.index is None or not CODE.fullmatch(person):
+            yield f"{STORE_FILE}: {person!r} is no code of a person whose visit was opened"
+            continue
         if state.status == "aborted":
             continue
         if state.index in holders:
@@ -110,7 +111,8 @@ def _tasks(folder: Path, states: dict[str, VisitState], verdict: Verdict) -> Non
     events = sum(len(attempt.events) for attempt in attempts)
     told = f"tasks: {len(done)} done, each with its row as in {RESULTS_FILE}"
     verdict.checked.append(f"{told}; {events} events as in {JOURNAL_FILE}, without gaps")
-    verdict.checked.append(f"bags: {bags} closed, with an index that can be read")
+    told = f"{bags} closed, with an index that can be read" if bags else "none was to be recorded"
+    verdict.checked.append(f"bags: {told}")
 
 
 def _faults_in_run(run: Path, tasks: dict[int, Attempt]) -> Iterator[str]:

@@ -58,7 +58,7 @@ def load_study(folder: Path | str) -> StudyData:
     """
     folder = Path(folder)
     info = read_study(folder)
-    states = replayed(info, sound_records(folder, info.genesis))
+    states = _opened(replayed(info, sound_records(folder, info.genesis)))
     people = [_person(person, state, info.protocol) for person, state in states.items()]
     tasks = [row for person, state in states.items() for row in _tasks(person, state)]
     answers = [
@@ -67,6 +67,10 @@ def load_study(folder: Path | str) -> StudyData:
     frames = (_frame(tasks, (*TASK_KEYS, *COLUMNS)), _frame(answers, ANSWER_KEYS))
     demographics = _demographic_items(info.protocol)
     return StudyData(info.content, _frame(people, (*PERSON_KEYS, *demographics)), *frames)
+
+
+def _opened(states: Mapping[str, VisitState]) -> dict[str, VisitState]:
+    return {person: state for person, state in states.items() if state.index is not None}
 
 
 def study_from_frames(

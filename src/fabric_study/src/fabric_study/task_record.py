@@ -57,7 +57,7 @@ def catch_up(visit: Visit, t: float, folder: Path) -> bool:
     run = folder / RUNS / attempt.run
     visit.task_events(t, journal_of(run, attempt.task_id))
     row = row_of(run, attempt.task_id)
-    if row is None:
+    if row is None or not attempt.ended:
         return False
     visit.task_done(t, row)
     return True

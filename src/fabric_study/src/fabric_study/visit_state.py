@@ -47,6 +47,11 @@ class Attempt:
     row: dict[str, Any] | None = None  # of results.csv, when the task is done
     aborted: str | None = None  # why, when it was
 
+    @property
+    def ended(self) -> bool:
+        """Whether the event of its end has been recorded, success or failure."""
+        return bool(self.events) and self.events[-1]["what"] in ENDS
+
 
 class VisitState:
     """One visit. `apply` takes its records in order and raises VisitError for what cannot follow.
@@ -229,7 +234,7 @@ class VisitState:
                 raise VisitError(f"task of {step.id}: {key} of its row is {row[key]}, not {value}")
         if data["number"] != step.number:
             raise VisitError(f"task of {step.id}: number is {data['number']!r}")
-        if not attempt.events or attempt.events[-1]["what"] not in ENDS:
+        if not attempt.ended:
             raise VisitError(f"task of {step.id}: its row comes before the event of its end")
         attempt.row = dict(row)
 
