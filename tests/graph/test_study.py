@@ -21,7 +21,7 @@ from tornado.websocket import websocket_connect
 from fabric_study.store import read_records
 from fabric_study.store_verify import verify
 
-WORDS = ("cell:=simulated", "speed:=8", "seed:=101", "port:=0", "record:=false", "auto_start:=true")
+WORDS = ("speed:=8", "seed:=101", "port:=0", "record:=false")
 STUDY = {"launch": "study", "named": "study"}
 AGREEMENT = {n: {"en": f"step {n}", "de": f"Stufe {n}"} for n in range(1, 6)}
 TASK = {

@@ -34,6 +34,8 @@ from fabric_msgs.msg import (
 from fabric_msgs.srv import AddNote, Command, ResetTypes, Stop
 from fabric_study.protocol import load_protocol
 from fabric_study.run_record import RunRecord
+from fabric_study.shipped import load_path
+from fabric_study.strict_yaml import read
 from fabric_study.study_folder import STUDY_FILE, Study, open_study, reopen_study
 from fabric_study.web.access import Role, is_loopback, kept_keys
 from fabric_study.web.cell import TaskGoal
@@ -198,12 +200,21 @@ def study_of(folder: Path, parameters: dict[str, Any]) -> Study:
             study.close()
             kind = "simulated" if study.info.simulated else "real"
             raise ValueError(f"{folder} holds a study with a {kind} cell; this is the other kind")
+        check_definitions(study)
         return study
     if name.endswith(".yaml"):
         name = str(Path(rospy.get_param("~start_dir")) / name)
     return open_study(
         folder, load_protocol(name or DEFAULT_PROTOCOL), int(parameters["seed"]), simulated
     )
+
+
+def check_definitions(study: Study) -> None:
+    """Raise ValueError unless the tasks would still be those that the study began with."""
+    for name, content in study.protocol.content["definitions"].items():
+        if read(load_path("tasks", name)).content != content:
+            study.close()
+            raise ValueError(f"{study.folder}: task definition {name} has changed since it began")
 
 
 async def serve(study: Study, run_folder: Path, parameters: dict[str, Any]) -> None:

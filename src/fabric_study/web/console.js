@@ -5,7 +5,7 @@ import { ask, el, follow } from "/common.js";
 
 const find = (id) => document.getElementById(id);
 const OLD = 1.0; // s without a heartbeat after which a node counts as silent
-const BARS = 8; // candidates and types that are shown
+const BARS = 5; // candidates and types that are shown
 let state = {};
 
 follow("console", (sections, news) => {

@@ -17,7 +17,7 @@ from fabric_msgs.msg import (
 )
 from fabric_study.readiness import Readiness
 
-DECISIONS = 8  # that are shown
+DECISIONS = 6  # that are shown
 SILENCE = 3.0  # s without a heartbeat, of which ten a second come
 ACTIONS = {
     Decision.IDLE: "idle",

@@ -12,7 +12,7 @@ from typing import Any
 from fabric_msgs.msg import TaskState
 from fabric_study.task_record import catch_up
 from fabric_study.visit import Visit
-from fabric_study.visit_state import ENDS, Attempt
+from fabric_study.visit_state import Attempt
 from fabric_study.web import views
 from fabric_study.web.cell import Cell, TaskGoal
 from fabric_study.web.desk import Refused
@@ -97,7 +97,7 @@ class TaskDesk:
         attempt = self.attempt
         if attempt is None:
             return "ready"
-        if attempt.row is not None or _ended(attempt):
+        if attempt.row is not None or attempt.ended:
             return "ended"
         return PHASES[self._state.status] if self._mine(attempt) else "waiting"
 
@@ -198,7 +198,7 @@ class TaskDesk:
         now = self._clock()
         if self._abort is not None and now > self._abort[0]:
             self._note_abort("the task was aborted")
-        elif _ended(attempt):
+        elif attempt.ended:
             self._ended = self._ended or now
             if not self._catch_up() and now - self._ended > ROW_PATIENCE:
                 self.problem = "The recorder has not written the row of this task."
@@ -239,13 +239,9 @@ class TaskDesk:
             "phase": self.phase(),
             "step": step.id,
             "name": f"{views.task_name(step)}: {Path(step.definition).stem}",
-            "facts": f"{condition}policy {step.policy}{place}",
+            "facts": f"{condition}policy {Path(step.policy).stem}{place}",
             "said_ready": self.said_ready,
             "problem": self.problem,
             "events": views.events_view(events),
             "score": sum(entry["score"] for entry in events),
         }
-
-
-def _ended(attempt: Attempt) -> bool:
-    return bool(attempt.events) and attempt.events[-1]["what"] in ENDS
