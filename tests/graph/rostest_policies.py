@@ -102,7 +102,7 @@ class Policies(unittest.TestCase):
     def test_a_policy_that_is_not_there_is_refused_with_a_reason(self) -> None:
         whim, abps, file = (result.reason for result in self.refused)
         self.assertTrue(all(result.aborted for result in self.refused))
-        self.assertIn("policy 'whim' is none of abps, eager, patient, proactive, reactive", whim)
+        self.assertIn("policy 'whim' is none of abps, eager, on_call, patient", whim)
         self.assertIn("abps/select failed", abps)
         self.assertIn("no.pomdpx: there is no such model file", file)
         self.assertNotIn(9, {state.task_id for state in self.states})
