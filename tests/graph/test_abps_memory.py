@@ -215,6 +215,24 @@ def test_the_belief_survives_a_kill_and_ends_on_request(master, folder, tmp_path
         assert "new person" in select(3).reason
 
 
+def test_the_next_person_is_another_and_who_comes_back_is_known(master, folder, tmp_path) -> None:
+    robot = Robot()
+    reset = rospy.ServiceProxy("abps/reset", ResetTypes)
+    with node(master, folder, tmp_path, robot):
+        robot.meet()
+        select(1)
+        known = robot.play(1, WARNING).probability
+        rospy.set_param("/abps/person", "P08")
+        assert "new person" in reset().reason
+        select(2)
+        other = robot.play(2, IDLE).probability
+        assert other[0] > 0.6
+        rospy.set_param("/abps/person", "P07")
+        assert "1 tasks" in reset().reason
+    with node(master, folder, tmp_path, robot):
+        assert robot.meet().probability == known
+
+
 def test_a_file_that_cannot_be_used_ends_the_node_and_stays(master, folder, tmp_path) -> None:
     robot = Robot()
     kept = tmp_path / "P07_tiny.json"

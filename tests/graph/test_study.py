@@ -245,7 +245,9 @@ def test_a_visit_goes_on_after_the_console_was_killed_in_a_task(tmp_path: Path) 
         again = addresses(process)
         assert [url.split("=")[1] for url in again] == [url.split("=")[1] for url in first]
         asyncio.run(rest_of_visit(*map(Page, again)))
-    kinds = [record.kind for record in read_records(study)]
+    records = read_records(study)
+    kinds = [record.kind for record in records]
+    assert (study / "people" / f"{records[-1].visit}_sorting.json").exists()  # what ABPS knows
     assert (kinds.count("task_begun"), kinds.count("task_aborted"), kinds.count("task_done")) == (
         2,
         1,

@@ -42,6 +42,7 @@ class AbpsNode:
 
     def __init__(self, selector: Selector, memory: Memory | None) -> None:
         self._selector, self._memory = selector, memory
+        self._person = str(rospy.get_param("~person"))
         self._observed = self._decided = 0  # newest sequences; a decision has that of its cause
         self._traffic = Traffic("abps")
         self._answered = threading.Condition(self._traffic.lock)
@@ -133,9 +134,19 @@ class AbpsNode:
         return SelectPolicyResponse(True, reason, choice.policy, str(choice.path))
 
     def _reset(self, _request: object) -> ResetTypesResponse:
+        """Forget the person; when ~person names somebody else by now, go on with what is kept."""
+        person, before = str(rospy.get_param("~person")), self._selector.state()
         self._selector.reset()
+        if person != self._person:
+            try:
+                self._memory = load_memory(self._selector)
+            except (OSError, ValueError) as error:
+                self._selector.restore(before)
+                return ResetTypesResponse(False, str(error))
+            self._person = person
         self._tell_belief()
-        return ResetTypesResponse(True, "a new person: all types are as likely as at the start")
+        seen = self._selector.tasks_seen
+        return ResetTypesResponse(True, f"known from {seen} tasks" if seen else "a new person")
 
     def _publish_choice(self, choice: Choice, reason: str) -> None:
         message = PolicyChoice(

@@ -54,7 +54,7 @@ SERVICES: dict[str, tuple[str, Any, bool]] = {  # command: service, class, wheth
     "release": ("safety/release", Command, False),
     "call": ("study/call", Command, False),
     "note": ("study/note", AddNote, True),
-    "new_person": ("abps/reset", ResetTypes, False),
+    "person": ("abps/reset", ResetTypes, False),
 }
 
 
@@ -119,7 +119,7 @@ class RosCell:
     def read(self) -> None:
         """Take in what has come since the last time, the newest of each."""
         newest, self._newest = self._newest, {}
-        for t, message in newest.values():
+        for t, message in list(newest.values()):
             if isinstance(message, Heartbeat):
                 self._news.on_heartbeat(t, message)
             elif isinstance(message, SafetyState):
@@ -170,6 +170,8 @@ class RosCell:
     async def command(self, name: str, text: str = "") -> None:
         """See web.cell."""
         service, kind, takes_text = SERVICES[name]
+        if name == "person":
+            rospy.set_param("abps/person", text)
         words = (text or "stopped at the console",) if takes_text else ()
         answer = self._loop.create_future()
 

@@ -51,7 +51,7 @@ def test_a_visit_is_opened_under_a_random_code_with_its_language(world):
     assert CODE.fullmatch(person)
     visit = desk.participant()["visit"]
     assert (visit["person"], visit["language"], visit["status"]) == (person, "de", "running")
-    assert cell.commands == [("new_person", "")]
+    assert cell.commands == [("person", person)]
 
 
 def test_only_one_visit_is_open_and_what_cannot_be_meant_is_refused(world):
@@ -69,7 +69,7 @@ def test_only_one_visit_is_open_and_what_cannot_be_meant_is_refused(world):
 
 def test_no_visit_begins_while_the_robot_remembers_another_person(world):
     desk, cell = world
-    cell.refuse["new_person"] = "abps/reset does not answer"
+    cell.refuse["person"] = "abps/reset does not answer"
     with pytest.raises(Refused, match="abps/reset"):
         opened(desk)
     assert desk.participant()["visit"] is None
@@ -287,6 +287,15 @@ def test_in_a_break_nothing_goes_on(world):
     assert cell.goal is not None
 
 
+def test_an_answer_on_its_way_arrives_in_a_break(world):
+    desk, _ = world
+    opened(desk)
+    desk.finish_step("start_1", False)
+    desk.pause()
+    desk.answer("start_demographics", "age", 30)
+    assert desk.participant()["questions"]["answers"] == {"age": 30}
+
+
 def test_a_break_during_a_task_comes_after_it(world):
     desk, cell = world
     opened(desk)
@@ -399,7 +408,7 @@ def test_stop_release_and_call_reach_the_graph(world):
     cell.show_rules()
     cell.start()
     asyncio.run(desk.call())
-    assert [name for name, _ in cell.commands] == ["stop", "release", "new_person", "call"]
+    assert [name for name, _ in cell.commands] == ["stop", "release", "person", "call"]
 
 
 def test_the_console_shows_what_the_graph_tells(world):
@@ -418,6 +427,17 @@ def test_the_console_shows_what_the_graph_tells(world):
     assert told["types"]["types"][0][0].startswith("beginner_tired")
     assert told["safety"]["watched"][0] == ["decision", 0.1]
     assert told["health"]["missing"] == []
+
+
+def test_the_experimenter_sees_which_cubes_the_task_needs(world):
+    desk, cell = world
+    opened(desk)
+    task = to_task(desk)["id"]
+    cubes = desk.console()["task"]["cubes"]
+    assert len(cubes) == 10 and set(cubes) == {"red", "green", "blue"}
+    desk.begin_task(task)
+    assert desk.console()["task"]["cubes"] == cubes
+    assert "cubes" not in desk.participant()["task"]
 
 
 def test_silent_nodes_are_missed_by_name(world):

@@ -15,7 +15,7 @@ from typing import Any
 import pytest
 from chromium import Tab, chromium, tab
 from fake_cell import GREEN, RED, STROOP, FakeCell, desk_of, fill
-from study_play import PLAN, words, write_plan
+from study_play import INSTRUMENTS, PLAN, words, write_plan
 from tornado.ioloop import PeriodicCallback
 
 from fabric_study.protocol import load_protocol
@@ -34,6 +34,7 @@ ONE_TASK = {  # a short visit with every kind of step and of question
     },
     "order": {"kind": "balanced"},
 }  # fmt: skip
+IN_ORDER = {name: {**content, "shuffle": False} for name, content in INSTRUMENTS.items()}
 CONTRAST = """(() => {
   const parts = (colour) => colour.match(/[\\d.]+/g).map(Number);
   const light = ([r, g, b]) => [r, g, b].map((c) => c / 255)
@@ -110,7 +111,7 @@ class World:
 @asynccontextmanager
 async def opened(folder: Path, devtools: str) -> AsyncIterator[World]:
     """Both pages of a short study, connected."""
-    protocol = load_protocol(str(write_plan(folder / "plan", ONE_TASK)))
+    protocol = load_protocol(str(write_plan(folder / "plan", ONE_TASK, IN_ORDER)))
     desk, cell = desk_of(open_study(folder / "study", protocol, 101, simulated=True))
     server = PageServer(desk, new_keys())
     server.listen("127.0.0.1", 0)
@@ -422,6 +423,7 @@ def test_the_console_runs_the_visit(visit):
         await page.click("#pause")
         await world.participant.text("A short break")
         await page.click("#resume")
+        await world.participant.until("document.getElementById('cover').hidden")
         await world.to_task()
         await page.click("#begin-task")
         await page.text("starting")

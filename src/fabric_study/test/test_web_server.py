@@ -76,7 +76,7 @@ class ServerCase(AsyncHTTPTestCase):
         """What a page of this role sends with a request."""
         token = {Role.NOBODY: "x", Role.PARTICIPANT: "p" * 32, Role.EXPERIMENTER: "e" * 32}[role]
         return {
-            "Cookie": f"{self.server.cookie()}={token}; _xsrf=abcdef",
+            "Cookie": f"{self.server.cookie(role)}={token}; _xsrf=abcdef",
             "X-XSRFToken": "abcdef",
             "Content-Type": "application/json",
         }
@@ -117,6 +117,12 @@ class TestPages(ServerCase):
             assert response.code == code, (path, role)
             shown = PAGES[path][1] if code == 200 else CLOSED
             assert response.body.decode() == f"this is {shown}"
+
+    def test_one_browser_can_have_both_pages(self):
+        both = [self.headers(role)["Cookie"] for role in (Role.PARTICIPANT, Role.EXPERIMENTER)]
+        names = {cookie.split("=")[0] for cookie in both}
+        assert len(names) == 2
+        assert self.ask("/console", headers={"Cookie": "; ".join(both)}).code == 200
 
     def test_a_wrong_token_and_the_other_pages_token_open_nothing(self):
         assert self.ask("/console?token=" + KEYS.participant).code == 403

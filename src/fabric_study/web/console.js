@@ -58,6 +58,9 @@ const SHOW = {
     chip.hidden = task === null;
     find("task-name").textContent = task ? task.name : "none";
     find("task-facts").textContent = task ? task.facts : "The next step of the visit is no task.";
+    find("cubes").hidden = !task;
+    find("cubes").replaceChildren("cubes on the belt, the first on the left: ",
+      ...(task?.cubes ?? []).map((colour) => el("span", { class: `cube ${colour}`, title: colour })));
     find("task-problem").hidden = !task?.problem;
     find("task-problem").textContent = task?.problem ?? "";
     chip.textContent = task ? { ready: task.said_ready ? "participant is ready" : "waits for the participant", waiting: "starting", rules: "shows rules", running: "running", ended: "ended" }[task.phase] : "";

@@ -41,6 +41,12 @@ def people_of(records: Sequence[Record]) -> dict[str, tuple[int, str]]:
     return people
 
 
+def open_person(records: Sequence[Record]) -> str:
+    """Return the code of whoever came last, when that visit is not closed; else nothing."""
+    newest = list(people_of(records).items())[-1:]
+    return "".join(person for person, (_, status) in newest if status == "open")
+
+
 def next_index(records: Sequence[Record]) -> int:
     """Return the least index, from 0, that no visit has but aborted ones: it keeps the balance."""
     taken = {index for index, status in people_of(records).values() if status != "aborted"}

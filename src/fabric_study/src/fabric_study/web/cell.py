@@ -34,4 +34,7 @@ class Cell(Protocol):
         """Return what the console shows of the graph, by section."""
 
     async def command(self, name: str, text: str = "") -> None:
-        """stop, release, call, note or new_person; raises Refused with the reason."""
+        """stop, release, call, note (its text) or person (whose code is told to ABPS).
+
+        Raises Refused with the reason.
+        """

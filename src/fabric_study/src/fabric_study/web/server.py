@@ -122,9 +122,10 @@ class PageServer:
         }[role]
         return f"http://{host}:{self.port}{path}?token={token}"
 
-    def cookie(self) -> str:
-        """Return the cookie's name; cookies know no ports, and two studies may run side by side."""
-        return f"fabric_study_{self.port}"
+    def cookie(self, role: Role) -> str:
+        """Return the name of a role's cookie: one browser may have both pages open, and cookies
+        know no ports, so that two studies may run side by side."""
+        return f"fabric_{role.name.lower()}_{self.port}"
 
 
 class _Handler(RequestHandler):
@@ -151,8 +152,9 @@ class _Handler(RequestHandler):
             raise Refused("The request does not come from a page of this server.", 403) from None
 
     def role(self) -> Role:
-        """Return what this visitor's cookie allows."""
-        return self._study.keys.role(self.get_cookie(self._study.cookie(), "") or "")
+        """Return the most that this visitor's cookies allow."""
+        shown = [self.get_cookie(self._study.cookie(role), "") or "" for role in Role]
+        return max(map(self._study.keys.role, shown))
 
     def require(self, role: Role) -> None:
         """Raise Refused unless the visitor has at least this role."""
@@ -186,7 +188,7 @@ class PageHandler(_Handler):
         token = self.get_query_argument("token", None)
         if token is not None and self._study.keys.role(token) >= role:
             options = {"httponly": True, "samesite": "Strict"}
-            self.set_cookie(self._study.cookie(), token, **options)
+            self.set_cookie(self._study.cookie(self._study.keys.role(token)), token, **options)
             self.redirect(self.request.path)
             return
         if self.role() < role:

@@ -6,11 +6,13 @@ hears of it: a message that was missed, or a console that was away, loses nothin
 """
 
 from collections.abc import Callable
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 from fabric_msgs.msg import TaskState
 from fabric_study.task_record import catch_up
+from fabric_study.tasks import load_definition
 from fabric_study.visit import Visit
 from fabric_study.visit_state import Attempt
 from fabric_study.web import views
@@ -225,8 +227,9 @@ class TaskDesk:
 
     def console(self) -> dict[str, Any] | None:
         """Return what the experimenter sees of the task; None when the step is no task."""
-        step = self._visit.step if self._visit else None
-        if step is None or step.kind != "task":
+        visit = self._visit
+        step = visit.step if visit else None
+        if visit is None or step is None or step.kind != "task":
             return None
         attempt = self.attempt
         events = attempt.events if attempt else []
@@ -240,8 +243,15 @@ class TaskDesk:
             "step": step.id,
             "name": f"{views.task_name(step)}: {Path(step.definition).stem}",
             "facts": f"{condition}policy {Path(step.policy).stem}{place}",
+            "cubes": cube_order(step.definition, attempt.seed if attempt else visit.task_seed),
             "said_ready": self.said_ready,
             "problem": self.problem,
             "events": views.events_view(events),
             "score": sum(entry["score"] for entry in events),
         }
+
+
+@lru_cache(maxsize=4)
+def cube_order(definition: str, seed: int) -> tuple[str, ...]:
+    """Return the colours of the cubes in the order in which they must come on the belt."""
+    return tuple(views.COLOURS[colour] for colour in load_definition(definition).cube_colours(seed))

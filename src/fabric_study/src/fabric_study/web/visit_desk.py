@@ -16,7 +16,7 @@ from typing import Any
 from fabric_study.codes import new_code
 from fabric_study.instruments import LANGUAGES, Answer
 from fabric_study.study_folder import Study
-from fabric_study.visit import Visit, next_index, people_of
+from fabric_study.visit import Visit, next_index, open_person, people_of
 from fabric_study.web import views
 from fabric_study.web.cell import Cell
 from fabric_study.web.desk import Refused
@@ -46,7 +46,7 @@ class VisitDesk:
         self._cell = cell
         self._clock = clock
         self._visit: Visit | None = None
-        self._greeted = ""  # whom ABPS was told of as a new person
+        self._greeted = ""  # whom ABPS takes the person for
         self.task = TaskDesk(run_folder, cell, clock, self._tasks_begun(run_folder.name))
         self.task.auto_start = auto_start
         self.language = LANGUAGES[0]
@@ -57,10 +57,10 @@ class VisitDesk:
         self._take_up_newest()
 
     def _take_up_newest(self) -> None:
-        people = people_of(self._study.store.records)
-        for person in list(people)[-1:]:
-            if people[person][1] == "open":
-                self._attend(Visit(self._study, person), self._noted_language(person))
+        person = open_person(self._study.store.records)
+        if person:
+            self._greeted = person  # ABPS is started with the same person
+            self._attend(Visit(self._study, person), self._noted_language(person))
 
     def _tasks_begun(self, run: str) -> int:
         begun = [
@@ -101,20 +101,21 @@ class VisitDesk:
             raise Refused("No visit is open.")
         return visit
 
-    def _at(self, step: str) -> Visit:
-        """The open visit, if it is at this step and not paused."""
+    def _at(self, step: str, in_break: bool = False) -> Visit:
+        """The open visit, if it is at this step and not paused, unless that does not matter."""
         visit = self._open_visit()
         if visit.step is None or visit.step.id != step:
             raise Refused("The visit has moved on from this step.")
-        if visit.paused:
+        if visit.paused and not in_break:
             raise Refused("The visit is paused.")
         return visit
 
     # --- what participants may do ---------------------------------------------------------------
 
     def answer(self, step: str, item: str, value: Answer) -> None:
-        """Record an answer; it is on the disk when this returns."""
-        self._at(step).answer(self._clock(), item, value, step)
+        """Record an answer; it is on the disk when this returns. A break does not keep it out:
+        it may have been on its way."""
+        self._at(step, in_break=True).answer(self._clock(), item, value, step)
 
     def finish_step(self, step: str, accept_missing: bool) -> dict[str, list[str]]:
         """Go on, unless items lack an answer that was not asked for again; return those."""
@@ -146,11 +147,9 @@ class VisitDesk:
         self._check_free(language)
         if index < 0:
             raise Refused("The order must be 0 or more.", 400)
-        await self._cell.command("new_person")
-        self._check_free(language)  # nobody else was faster meanwhile
         code = new_code(people_of(self._study.store.records), random.SystemRandom())
+        await self._greet(code, language)
         visit = Visit(self._study, code, self._clock(), index)
-        self._greeted = code
         visit.note(self._clock(), LANGUAGE_NOTE + language)
         self._attend(visit, language)
         return {"person": code}
@@ -161,10 +160,14 @@ class VisitDesk:
         if people_of(self._study.store.records).get(person, (0, ""))[1] != "open":
             raise Refused(f"There is no open visit of '{person:.20}'.")
         if person != self._greeted:
-            await self._cell.command("new_person")
-            self._check_free(language)
-        self._greeted = person
+            await self._greet(person, language)
         self._attend(Visit(self._study, person), language)
+
+    async def _greet(self, person: str, language: str) -> None:
+        """Tell ABPS whose type it is to find out, or to remember."""
+        await self._cell.command("person", person)
+        self._check_free(language)  # nobody else was faster meanwhile
+        self._greeted = person
 
     def _check_free(self, language: str) -> None:
         if language not in LANGUAGES:
