@@ -4,13 +4,16 @@
 from __future__ import annotations
 
 import asyncio
+import copy
 from typing import Any
 
 import pytest
 from fake_cell import CUBES, GREEN, RED, ROBOT, STROOP, desk_of, fill, small_desk
+from study_play import PLAN, write_plan
 
 from fabric_study.codes import CODE
-from fabric_study.study_folder import reopen_study
+from fabric_study.protocol import load_protocol
+from fabric_study.study_folder import open_study, reopen_study
 from fabric_study.visit_state import VisitError
 from fabric_study.web.desk import COMMANDS, Refused
 
@@ -427,6 +430,26 @@ def test_the_console_shows_what_the_graph_tells(world):
     assert told["types"]["types"][0][0].startswith("beginner_tired")
     assert told["safety"]["watched"][0] == ["decision", 0.1]
     assert told["health"]["missing"] == []
+
+
+def test_only_a_robot_that_waits_for_a_call_can_be_called(tmp_path):
+    plan = copy.deepcopy(PLAN)
+    plan["start"][2]["practice"]["policy"] = "on_call"
+    protocol = load_protocol(str(write_plan(tmp_path / "plan", plan)))
+    desk, cell = desk_of(open_study(tmp_path / "study", protocol, 101, simulated=True))
+    opened(desk)
+    offered = []
+    for _ in range(2):
+        desk.begin_task(to_task(desk)["id"])
+        cell.show_rules()
+        cell.start()
+        offered.append((step(desk)["practice"], desk.participant()["task"]["can_call"]))
+        cell.place(RED, "red")
+        cell.end()
+        cell.write_row()
+        desk.tick()
+        desk.finish_step(step(desk)["id"], True)
+    assert offered == [(True, True), (False, False)]
 
 
 def test_the_experimenter_sees_which_cubes_the_task_needs(world):

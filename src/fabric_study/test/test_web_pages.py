@@ -29,7 +29,7 @@ ONE_TASK = {  # a short visit with every kind of step and of question
     "start": [{"text": words("Welcome")}, {"instrument": "demographics"}],
     "conditions": {
         "only": {
-            "shown_as": words("only"), "definition": "sorting", "policy": "proactive", "tasks": 1,
+            "shown_as": words("only"), "definition": "sorting", "policy": "on_call", "tasks": 1,
         },
     },
     "order": {"kind": "balanced"},

@@ -155,8 +155,7 @@ function levers() {
   find("pause").disabled = find("abort-visit").disabled = !open;
   find("begin-task").disabled = !open || visit.paused || task?.phase !== "ready";
   find("abort-task").disabled = !working && !(open && task?.phase === "ended" && !task.result.saved);
-  find("call").hidden = !study?.can_call;
-  find("call").disabled = !working;
+  find("call").hidden = !task?.can_call;
   find("auto-start").checked = study?.auto_start ?? false;
 }
 

@@ -17,6 +17,7 @@ let questions = null; // of the step that is shown
 let shown = ""; // what the screen was built for
 let placed = null; // placements told by a beep; null before the first message
 let skipping = false; // the next Continue leaves questions out
+let told = false; // the hint is about what went wrong, not about the count
 let busy = false;
 const outbox = new Outbox(() => questions?.update(state.questions?.answers ?? {}) ?? footer());
 
@@ -72,7 +73,7 @@ function render() {
     screen.dataset.step = open ? step.id : "";
     screen.dataset.kind = open ? step.kind : "message";
     screen.replaceChildren(open ? stepScreen(texts) : message(texts));
-    skipping = busy = false; // what is still on its way was for the screen before
+    skipping = told = busy = false; // what is still on its way was for the screen before
     if (moved) {
       window.scrollTo(0, 0);
       document.activeElement?.blur();
@@ -139,10 +140,11 @@ function footer() {
   const button = find("continue");
   button.textContent = step.kind === "task" && task.phase === "ready" ? texts.begin : texts.go_on;
   button.disabled = busy || (step.kind === "task" && task.phase === "ended" && !task.result.saved);
-  if (!skipping) hint(questions ? texts.answered(questions.answered, questions.count) : "");
+  if (!told) hint(questions ? texts.answered(questions.answered, questions.count) : "");
 }
 
 function hint(text, loud = false) {
+  told = loud;
   const place = find("hint");
   if (place.textContent !== text) place.textContent = text;
   place.classList.toggle("loud", loud);
@@ -170,7 +172,6 @@ async function go() {
     if (step.kind === "task" && task.phase === "ready") await ask("ready", { step: step.id });
     else await finish(step);
   } catch (error) {
-    skipping = true; // the words stay until the next screen
     hint(error instanceof Refusal ? `${TEXTS[language].failed} ${error.message}` : TEXTS[language].lost, true);
   }
   busy = false;
@@ -186,7 +187,7 @@ async function finish(step) {
 }
 
 find("continue").addEventListener("click", go);
-screen.addEventListener("change", () => (skipping = false));
+screen.addEventListener("change", () => (skipping = told = false));
 document.addEventListener("keydown", (event) => {
   if (event.key === "Enter" && !event.target.closest("button, textarea")) go();
   else if (/^[1-9]$/.test(event.key) && event.target === document.body) questions?.first(event);

@@ -11,13 +11,13 @@ from typing import Any
 
 from fabric_study.instruments import IDENTIFIER, Instrument, Text, instrument_from, text_of
 from fabric_study.orders import MOST_BALANCED, ORDERS, condition_order
-from fabric_study.policies import ABPS, MODEL_SUFFIXES, NONE
+from fabric_study.policies import ABPS, MODEL_SUFFIXES, NONE, ON_CALL
 from fabric_study.shipped import load_path, names_in
 from fabric_study.strict_yaml import DefinitionError, Section, read
 from fabric_study.tasks import load_definition
 
 PROTOCOL_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,63}")
-POLICIES = (NONE, ABPS, "proactive", "patient", "eager", "reactive")
+POLICIES = (NONE, ABPS, "proactive", "patient", "eager", "reactive", ON_CALL)
 PLACES = {"start": ("start",), "after_task": ("task",), "after_condition": ("general",)}
 PLACES["end"] = ("general",)
 

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from fabric_msgs.msg import TaskState
+from fabric_study.policies import ON_CALL
 from fabric_study.task_record import catch_up
 from fabric_study.tasks import load_definition
 from fabric_study.visit import Visit
@@ -219,11 +220,15 @@ class TaskDesk:
         elif phase == "running" and state is not None:
             view["placements"] = views.placements_view(attempt.events)
             view["total"] = state.subtasks_total
-            view["can_call"] = self._cell.can_call()
+            view["can_call"] = self._can_call(attempt)
         elif phase == "ended":
             view["placements"] = views.placements_view(attempt.events)
             view["result"] = views.result_view(attempt.events, attempt.row, state)
         return view
+
+    def _can_call(self, attempt: Attempt) -> bool:
+        """Whether this is a task in which the robot waits for a call."""
+        return attempt.step.policy == ON_CALL and self._cell.can_call()
 
     def console(self) -> dict[str, Any] | None:
         """Return what the experimenter sees of the task; None when the step is no task."""

@@ -289,7 +289,6 @@ class VisitDesk:
             "participant_url": self.participant_url,
             "pages": self.pages(),
             "auto_start": self.task.auto_start,
-            "can_call": self._cell.can_call(),
         }
 
     def _from_records(self) -> dict[str, Any]:
