@@ -146,7 +146,7 @@ def _line(step: Step, titles: Mapping[str, str]) -> dict[str, str]:
         return {"name": task_name(step), "about": step.condition or step.definition}
     if step.kind == "instrument":
         return {"name": "Questions", "about": titles[step.instrument]}
-    return {"name": "Text", "about": step.text["en"].split("\n")[0]}
+    return {"name": "Text", "about": step.text["en"].lstrip("# ").split("\n")[0]}
 
 
 def task_name(step: Step) -> str:
