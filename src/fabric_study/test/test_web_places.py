@@ -33,6 +33,7 @@ def test_the_person_in_a_visit_is_told_until_it_is_closed(tmp_path, capsys):
 
 def test_paths_begin_at_the_root_wherever_it_is_asked(tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
+    assert told(capsys, "folder", "pilot") == str(tmp_path / "pilot")
     assert told(capsys, "run", "pilot") == str(tmp_path / "pilot" / "runs" / "1")
 
 

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""`python3 -m fabric_study.web.places run|people|person DIR`: what study.launch asks beforehand.
+"""`python3 -m fabric_study.web.places WORD DIR`: what study.launch asks beforehand.
 
+folder: DIR from the root on, for nodes that run elsewhere
 run:    the next run folder, DIR/runs/K, so that all nodes write into the same one
 people: DIR/people, where ABPS keeps what it knows of persons
 person: the code of whoever is in the middle of a visit, empty when nobody is
@@ -20,6 +21,7 @@ def _person(folder: Path) -> str:
 
 
 QUESTIONS: Mapping[str, Callable[[Path], object]] = {
+    "folder": lambda folder: folder,
     "run": next_run,
     "people": lambda folder: folder / "people",
     "person": _person,
