@@ -31,6 +31,10 @@ def step(desk) -> dict[str, Any]:
     return desk.participant()["step"]
 
 
+def answer(desk, at: str, item: str, value: Any) -> None:
+    desk.answer(desk.participant()["visit"]["person"], at, item, value)
+
+
 def to_task(desk) -> dict[str, Any]:
     """Go on until a task comes, leaving out every answer."""
     while step(desk)["kind"] != "task":
@@ -84,20 +88,31 @@ def test_an_answer_counts_for_the_step_that_is_shown_only(world):
     opened(desk)
     desk.finish_step("start_1", False)
     with pytest.raises(Refused, match="moved on"):
-        desk.answer("start_1", "age", 30)
-    desk.answer("start_demographics", "age", 30)
+        answer(desk, "start_1", "age", 30)
+    answer(desk, "start_demographics", "age", 30)
     assert desk.participant()["questions"]["answers"] == {"age": 30}
     with pytest.raises(VisitError, match="age"):
-        desk.answer("start_demographics", "age", "thirty")
+        answer(desk, "start_demographics", "age", "thirty")
     with pytest.raises(Refused, match="moved on"):
         desk.finish_step("start_1", True)
+
+
+def test_an_answer_that_comes_late_is_not_taken_for_the_next_persons(world):
+    desk, _ = world
+    first = opened(desk)
+    desk.abort_visit("the tablet was lost")
+    opened(desk)
+    desk.finish_step("start_1", False)
+    with pytest.raises(Refused, match="another visit"):
+        desk.answer(first, "start_demographics", "age", 30)
+    assert desk.participant()["questions"]["answers"] == {}
 
 
 def test_missing_answers_are_asked_for_once_and_then_recorded_as_missing(world):
     desk, _ = world
     opened(desk)
     desk.finish_step("start_1", False)
-    desk.answer("start_demographics", "age", 30)
+    answer(desk, "start_demographics", "age", 30)
     assert desk.finish_step("start_demographics", False) == {"missing": ["hand"]}
     assert step(desk)["id"] == "start_demographics"
     assert desk.finish_step("start_demographics", True) == {"missing": []}
@@ -109,9 +124,9 @@ def test_an_answer_that_was_taken_back_is_missing(world):
     desk, _ = world
     opened(desk)
     desk.finish_step("start_1", False)
-    desk.answer("start_demographics", "hand", "left")
-    desk.answer("start_demographics", "age", 30)
-    desk.answer("start_demographics", "age", None)
+    answer(desk, "start_demographics", "hand", "left")
+    answer(desk, "start_demographics", "age", 30)
+    answer(desk, "start_demographics", "age", None)
     assert desk.finish_step("start_demographics", False) == {"missing": ["age"]}
 
 
@@ -295,7 +310,7 @@ def test_an_answer_on_its_way_arrives_in_a_break(world):
     opened(desk)
     desk.finish_step("start_1", False)
     desk.pause()
-    desk.answer("start_demographics", "age", 30)
+    answer(desk, "start_demographics", "age", 30)
     assert desk.participant()["questions"]["answers"] == {"age": 30}
 
 
@@ -350,7 +365,7 @@ def test_a_restart_takes_up_the_visit_with_its_language_and_answers(tmp_path):
     desk, _ = small_desk(tmp_path)
     person = opened(desk)
     desk.finish_step("start_1", False)
-    desk.answer("start_demographics", "age", 41)
+    answer(desk, "start_demographics", "age", 41)
     desk._study.close()
     again, _ = desk_of(reopen_study(tmp_path / "study"))
     told = again.participant()

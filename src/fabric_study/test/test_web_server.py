@@ -25,7 +25,7 @@ from fabric_study.web.server import (
 )
 
 KEYS = Keys(participant="p" * 32, experimenter="e" * 32)
-ANSWER = {"step": "s1", "item": "tedious", "value": 4}
+ANSWER = {"person": "K7QF2M", "step": "s1", "item": "tedious", "value": 4}
 
 
 class NotingDesk:
@@ -41,7 +41,7 @@ class NotingDesk:
     def console(self) -> dict[str, Any]:
         return {**self.news, "secret": "for the experimenter"}
 
-    def answer(self, step: str, item: str, value: Any) -> str:
+    def answer(self, person: str, step: str, item: str, value: Any) -> str:
         if step != "s1":
             raise Refused("The visit has moved on.")
         if item != "tedious":
@@ -196,7 +196,9 @@ class TestRequests(ServerCase):
         ):
             assert f"'{field}'" in self.refused(self.post("answer", ANSWER | {field: value}), 400)
         assert "'more'" in self.refused(self.post("answer", ANSWER | {"more": 1}), 400)
-        assert "'value'" in self.refused(self.post("answer", {"step": "s1", "item": "i"}), 400)
+        assert "'value'" in self.refused(
+            self.post("answer", {"person": "p", "step": "s1", "item": "i"}), 400
+        )
 
     def test_what_is_no_json_object_is_refused(self):
         for body in ("", "{", "[]", '"text"', '{"value": NaN}', b"\xff", "[" * 5000):

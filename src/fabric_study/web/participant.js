@@ -89,7 +89,7 @@ function render() {
 function stepScreen(texts) {
   const { step, task } = state;
   if (step.kind === "instrument") {
-    questions = new Questions(state.questions, step, texts, language, outbox);
+    questions = new Questions(state.questions, state.visit.person, step, texts, language, outbox);
     return questions.element;
   }
   return step.kind === "task" ? taskScreen(task, step, texts) : page(step.text[language]);

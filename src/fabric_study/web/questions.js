@@ -18,10 +18,10 @@ export class Outbox {
     if (this._waiting.size) this.send();
   }
 
-  put(step, item, value) {
+  put(person, step, item, value) {
     this.complaints.delete(item);
     this._waiting.delete(`${step} ${item}`);
-    this._waiting.set(`${step} ${item}`, { step, item, value });
+    this._waiting.set(`${step} ${item}`, { person, step, item, value });
     this._keep();
     return this.send();
   }
@@ -62,7 +62,8 @@ export class Outbox {
 
 /** The questions of one step, built once; `update` shows what is saved. */
 export class Questions {
-  constructor(questions, step, texts, language, outbox) {
+  constructor(questions, person, step, texts, language, outbox) {
+    this._person = person;
     this._step = step;
     this._texts = texts;
     this._language = language;
@@ -149,7 +150,7 @@ export class Questions {
     const send = () => {
       clearTimeout(timer);
       this._typing.delete(item.id);
-      this._outbox.put(this._step.id, item.id, value);
+      this._outbox.put(this._person, this._step.id, item.id, value);
     };
     clearTimeout(this._typing.get(item.id)?.timer);
     const timer = later ? setTimeout(send, TYPING) : 0;

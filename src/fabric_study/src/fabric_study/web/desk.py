@@ -47,8 +47,11 @@ class Command:
 
 ANSWER = (str, int, float, type(None))
 COMMANDS: Mapping[str, Command] = {
-    # step: the step the page shows, so that nothing is done to a later one
-    "answer": Command(Role.PARTICIPANT, {"step": (str,), "item": (str,), "value": ANSWER}),
+    # person and step: those that the page shows, so that nothing is done to somebody or something
+    # that came later
+    "answer": Command(
+        Role.PARTICIPANT, {"person": (str,), "step": (str,), "item": (str,), "value": ANSWER}
+    ),
     "finish_step": Command(Role.PARTICIPANT, {"step": (str,), "accept_missing": (bool,)}),
     "ready": Command(Role.PARTICIPANT, {"step": (str,)}),
     "open_visit": Command(Role.EXPERIMENTER, {"index": (int,), "language": (str,)}),

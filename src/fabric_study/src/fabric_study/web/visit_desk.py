@@ -112,9 +112,13 @@ class VisitDesk:
 
     # --- what participants may do ---------------------------------------------------------------
 
-    def answer(self, step: str, item: str, value: Answer) -> None:
-        """Record an answer; it is on the disk when this returns. A break does not keep it out:
-        it may have been on its way."""
+    def answer(self, person: str, step: str, item: str, value: Answer) -> None:
+        """Record an answer; it is on the disk when this returns.
+
+        It may have been on its way for long: a break does not keep it out, another person does.
+        """
+        if person != self._open_visit().person:
+            raise Refused("The answer is of another visit.")
         self._at(step, in_break=True).answer(self._clock(), item, value, step)
 
     def finish_step(self, step: str, accept_missing: bool) -> dict[str, list[str]]:
