@@ -173,23 +173,31 @@ async function run(name, fields = {}) {
   }
 }
 
+let decide = () => {}; // takes the answer to the question that is open
+
 /** A question before something that cannot be taken back; the reason given, or null. */
 function confirmed(title, text, yes, wantsReason = true) {
-  const dialog = find("dialog");
+  decide(null);
   find("dialog-title").textContent = title;
   find("dialog-text").textContent = text;
   find("dialog-yes").textContent = yes;
   find("dialog-label").hidden = !wantsReason;
   find("dialog-reason").required = wantsReason;
   find("dialog-reason").value = "";
-  if (dialog.open) dialog.close("no");
-  dialog.returnValue = "no";
-  dialog.show(); // not modal: the stop button stays within reach
+  find("dialog").show(); // not modal: the stop button stays within reach
   return new Promise((done) => {
-    dialog.addEventListener("close", () => done(dialog.returnValue === "yes" ? find("dialog-reason").value.trim() : null), { once: true });
+    decide = (reason) => {
+      decide = () => {};
+      find("dialog").close();
+      done(reason);
+    };
   });
 }
-find("dialog").addEventListener("keydown", (event) => event.key === "Escape" && find("dialog").close("no"));
+find("dialog").addEventListener("submit", (event) => {
+  event.preventDefault();
+  decide(event.submitter.value === "yes" ? find("dialog-reason").value.trim() : null);
+});
+find("dialog").addEventListener("keydown", (event) => event.key === "Escape" && decide(null));
 
 const on = (id, event, action) => find(id).addEventListener(event, action);
 on("stop", "click", () => run("stop"));
