@@ -16,7 +16,7 @@ from fabric_study.instruments import instrument_names, load_instrument
 from fabric_study.strict_yaml import DefinitionError
 
 MODEL = AnswerParameters.load()
-PEOPLE = 60
+PEOPLE = 40
 CALM = {**NOTHING_YET, "success": 0.9, "own_success": 0.9, "memory_load": 0.5}
 STORMY = {**CALM, "warnings": 0.95, "refused": 1.0, "taken_over": 0.6}
 
@@ -41,7 +41,7 @@ def mean(answers, item):
 @pytest.mark.parametrize("measures", [CALM, STORMY, dict.fromkeys(MEASURES, 1.0)])
 def test_every_answer_is_one_that_its_item_offers(name, measures):
     items = {item.id: item for item in load_instrument(name).items}
-    for answers in asked(name, measures, people=15):
+    for answers in asked(name, measures, people=5):
         assert list(answers) == list(items)
         for item_id, value in answers.items():
             assert items[item_id].checked(value) == value

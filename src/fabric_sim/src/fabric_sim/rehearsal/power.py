@@ -18,15 +18,13 @@ from numpy.typing import NDArray
 
 from fabric_abps import child_seed
 from fabric_sim.experiments.jobs import run_jobs
-from fabric_study.protocol import Protocol
 from fabric_study.statistics.layout import person_means, rows_of, split_complete
 from fabric_study.statistics.power import PowerCurve, power_curve
 from fabric_study.study_data import StudyData
+from fabric_study.study_measures import MEASURES, conditions_of, conditions_with
 
 SIZES = (6, 8, 10, 12, 14, 16, 20, 24, 28, 32, 40)  # people of a study
 FIRST, LAST = "first half", "second half"  # of the tasks, where there is one condition only
-OF_TASKS = ("task_success_rate", "human_success_rate", "human_contribution", "efficiency")
-OF_ROBOTS = ("warnings", "discounted_reward")  # mean nothing without a robot
 SCALES = ("likert", "tlx")  # kinds of items whose means are compared
 
 
@@ -60,32 +58,34 @@ class Contrast:
     curve: PowerCurve
 
 
-def contrasts(study: StudyData, protocol: Protocol, seed: int, processes: int) -> list[Contrast]:
+def contrasts(study: StudyData, seed: int, processes: int) -> list[Contrast]:
     """Return every pair of conditions in every measure; equal whatever `processes` is.
 
     With one condition only, the halves of its tasks are compared. Pairs in which people do not
     differ are left out.
     """
-    jobs = [(pair, seed) for m in measures_of(study, protocol) for pair in _pairs(m, protocol)]
+    conditions = conditions_of(study)
+    pairs = [pair for measure in measures_of(study) for pair in _pairs(measure, conditions)]
+    jobs = [(pair, seed) for pair in pairs]
     found = run_jobs(_contrast, jobs, processes, "power")
     return [contrast for contrast in found if contrast is not None]
 
 
-def measures_of(study: StudyData, protocol: Protocol) -> Iterator[Measured]:
+def measures_of(study: StudyData) -> Iterator[Measured]:
     """Yield what a study measures: results of tasks, and answers on scales."""
-    robots = [name for name, condition in protocol.conditions.items() if condition.policy != "none"]
-    for name in (*OF_TASKS, *OF_ROBOTS):
-        rows = study.tasks.assign(value=study.tasks[name].astype(float))
-        yield Measured(name, rows[rows["condition"].isin(robots)] if name in OF_ROBOTS else rows)
+    for measure in MEASURES:
+        met = conditions_with(measure, study.tasks, conditions_of(study))
+        rows = study.tasks[study.tasks["condition"].isin(met)]
+        yield Measured(measure.column, rows.assign(value=rows[measure.column].astype(float)))
     answers = study.answers[study.answers["kind"].isin(SCALES)]
     for name, rows in answers.groupby("item", sort=False):
         yield Measured(str(name), rows.assign(value=rows["value"].astype(float)))
 
 
-def _pairs(measure: Measured, protocol: Protocol) -> Iterator[Pair]:
+def _pairs(measure: Measured, conditions: Sequence[str]) -> Iterator[Pair]:
     rows = measure.rows
-    met = [name for name in protocol.conditions if name in set(rows["condition"])]
-    if met and len(protocol.conditions) == 1:
+    met = [name for name in conditions if name in set(rows["condition"])]
+    if met and len(conditions) == 1:
         rows, met = _halves(rows[rows["condition"] == met[0]]), [FIRST, LAST]
     if len(met) < 2:
         return

@@ -19,7 +19,7 @@ def study_of(protocol: Protocol, visits: Sequence[PlayedVisit]) -> StudyData:
     tasks = [row for visit in visits for row in _tasks(visit)]
     answers = [row for visit in visits for row in _answers(visit, protocol)]
     return study_from_frames(
-        {"protocol": protocol.name, "simulated": True},
+        {"protocol": protocol.name, "simulated": True, "content": protocol.content},
         pd.DataFrame(tasks, columns=[*TASK_KEYS, *COLUMNS]),
         pd.DataFrame(answers, columns=list(ANSWER_KEYS)),
     )

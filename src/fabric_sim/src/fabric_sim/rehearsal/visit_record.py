@@ -12,6 +12,8 @@ from collections.abc import Iterable, Iterator
 from copy import deepcopy
 from pathlib import Path
 
+from tqdm import tqdm
+
 from fabric_msgs.msg import TaskEvent
 from fabric_sim.rehearsal.shift import PlayedTask
 from fabric_sim.rehearsal.visit_play import PlayedStep, PlayedVisit
@@ -20,6 +22,7 @@ from fabric_study.protocol import Protocol
 from fabric_study.results import ResultsWriter
 from fabric_study.run_record import RunRecord
 from fabric_study.stamps import to_seconds, to_stamp
+from fabric_study.store import StoreError
 from fabric_study.study_folder import Study, open_study
 from fabric_study.visit import begin_visit
 
@@ -34,7 +37,9 @@ def write_study(folder: Path, protocol: Protocol, seed: int, visits: Iterable[Pl
     """Write a study of simulated visits. Raises StoreError when the folder holds something."""
     rng = random.Random(f"{seed}/rehearsal/codes")
     with open_study(folder, protocol, seed, simulated=True, owner=OWNER) as study:
-        for played in visits:
+        if study.store.records:
+            raise StoreError(f"{folder}: holds visits already")
+        for played in tqdm(visits, desc="writing", leave=False, unit="visit"):
             VisitRecorder(study, played, rng).write()
 
 
