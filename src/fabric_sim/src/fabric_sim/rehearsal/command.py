@@ -30,7 +30,7 @@ PAGE_FILE = "rehearsal.html"
 BANNER = "Simulated people, simulated answers: nothing here says anything about real people."
 BESIDE = (
     "Means of {people} simulated people (of a person's tasks first) beside printed ones of real "
-    "people. Neither the people nor their answers were fitted to what is printed."
+    "people. No answer was fitted to what is printed."
 )
 
 
