@@ -25,10 +25,11 @@ from fabric_dobot_driver.controller import Controller
 from fabric_dobot_driver.conveyor_device import ConveyorDevice
 from fabric_dobot_driver.events import ArmResult, ArmState, Notice
 from fabric_dobot_driver.goals import asked
+from fabric_dobot_driver.guard import Guard
 from fabric_dobot_driver.limits import Fault
 from fabric_dobot_driver.link import SerialLink
 from fabric_dobot_driver.settings import DriverSettings
-from fabric_dobot_driver.wire import Wire
+from fabric_dobot_driver.wire import Wire, hold_frames
 from fabric_msgs.arm_action import MoveArmServer
 from fabric_msgs.msg import (
     ConveyorState,
@@ -123,7 +124,10 @@ class ArmNode:
         limits = load_limits(limits_file)
         self._arm = ArmDevice(limits, settings, clock, tell)
         self._belt = ConveyorDevice(settings, clock, tell)
-        link = SerialLink(port, settings.reply_timeout)
+        frames = hold_frames(settings.stepper)
+        link = SerialLink(
+            port, settings.reply_timeout, post=lambda port: Guard(port, settings.lease, frames)
+        )
         self._controller = Controller(link, self._arm, self._belt, settings, tell)
         self._holder = rospy.get_param("~lease_holder", "motion")
         self._home_at_start = rospy.get_param("~home_at_start", False)

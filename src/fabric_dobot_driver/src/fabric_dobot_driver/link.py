@@ -17,6 +17,8 @@ from pydobotlab.config import default_config, set_config
 from pydobotlab.protocol import CTRL_QUEUED, CTRL_RW
 from pydobotlab.transport import SerialTransport
 
+from fabric_dobot_driver.guard import Guard, GuardGone
+
 AUTO = "auto"
 USB_IDS = {(0x10C4, 0xEA60), (0x1A86, 0x7523)}  # the Magician's adapters: CP210x, CH340
 # an unplugged port answers in many ways; termios.error is no OSError
@@ -59,6 +61,10 @@ class TimedTransport(SerialTransport):
         """The next answer has to come within the time-out from now."""
         self._deadline = self._clock() + self.timeout
 
+    def fileno(self) -> int:
+        """Descriptor of the open port."""
+        return self._serial.fileno()
+
     def _read_byte(self) -> bytes:
         if self._clock() > self._deadline:
             raise errors.DobotTimeoutError(f"no answer on {self.port!r} within {self.timeout:g} s")
@@ -69,12 +75,18 @@ class SerialLink:
     """A Link over a serial port: a device's path, or `auto` for the first arm found on USB."""
 
     def __init__(
-        self, port: str, timeout: float, clock: Callable[[], float] = time.monotonic
+        self,
+        port: str,
+        timeout: float,
+        clock: Callable[[], float] = time.monotonic,
+        post: Callable[[int], Guard] | None = None,
     ) -> None:
-        """timeout: s for an answer."""
+        """timeout: s for an answer. post: puts a guard at an open port, given its descriptor."""
         self._wanted = port
         self._timeout = timeout
         self._clock = clock
+        self._post = post
+        self._guard: Guard | None = None
         self._transport: TimedTransport | None = None
 
     def open(self) -> str:
@@ -87,10 +99,15 @@ class SerialLink:
         except PORT_ERRORS as error:
             raise LinkLost(str(error)) from error
         self._transport = transport
+        if self._post is not None:
+            self._guard = self._post(transport.fileno())
         return port
 
     def close(self) -> None:
         """As Link.close."""
+        guard, self._guard = self._guard, None
+        if guard is not None:  # before the port: the guard has it open, too
+            guard.close()
         transport, self._transport = self._transport, None
         if transport is not None:
             with suppress(*PORT_ERRORS):
@@ -100,6 +117,7 @@ class SerialLink:
         """As Link.exchange."""
         if self._transport is None:
             raise LinkLost("the port is closed")
+        self._beat()
         control = (CTRL_RW if write else 0) | (CTRL_QUEUED if queued else 0)
         self._transport.begin()
         try:
@@ -114,6 +132,14 @@ class SerialLink:
         if answer.cmd_id != command:
             raise NoAnswer(f"command {command} was answered as {answer.cmd_id}")
         return answer.params
+
+    def _beat(self) -> None:
+        if self._guard is None:
+            return
+        try:
+            self._guard.beat()
+        except GuardGone as error:
+            raise LinkLost(str(error)) from error
 
 
 def find_arm(timeout: float) -> str:

@@ -5,7 +5,7 @@ import math
 import struct
 
 from pydobotlab.commands import CommandID
-from pydobotlab.protocol import PTPMode, pack_floats, pack_u8, pack_u32
+from pydobotlab.protocol import CTRL_RW, PTPMode, pack, pack_floats, pack_u8, pack_u32
 
 from fabric_dobot_driver import units
 from fabric_dobot_driver.alarms import AlarmSet, decode_alarms
@@ -81,8 +81,7 @@ class Wire:
 
     def belt(self, stepper: int, pulses: int) -> None:
         """Run the belt's motor at so many pulses a second."""
-        params = struct.pack("<BBi", stepper, int(pulses != 0), pulses)
-        self._write(CommandID.SET_E_MOTOR, params)
+        self._write(CommandID.SET_E_MOTOR, _belt(stepper, pulses))
 
     def enable_infrared(self, port: int, version: int) -> None:
         """Switch the sensor on."""
@@ -143,3 +142,19 @@ class Wire:
             raise NoAnswer(f"{command.name} got index {index} after {last}")
         self.last_index = index
         return index
+
+
+def hold_frames(stepper: int) -> bytes:
+    """Frames for whoever cannot wait for answers: arm holds, queue empty, belt stands.
+
+    The suction stays as it is: what hangs at the cup is not to fall.
+    """
+    return (
+        pack(CommandID.SET_QUEUED_CMD_FORCE_STOP_EXEC, CTRL_RW)
+        + pack(CommandID.SET_E_MOTOR, CTRL_RW, _belt(stepper, 0))
+        + pack(CommandID.SET_QUEUED_CMD_CLEAR, CTRL_RW)
+    )
+
+
+def _belt(stepper: int, pulses: int) -> bytes:
+    return struct.pack("<BBi", stepper, int(pulses != 0), pulses)
