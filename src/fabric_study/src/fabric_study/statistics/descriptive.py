@@ -56,6 +56,12 @@ def snap(values: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.round(values / scale, 10) * scale if scale > 0.0 else values
 
 
+def midranks(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the ranks from 1 along the last axis, (..., n); ties share their mean rank."""
+    one, other = values[..., :, np.newaxis], values[..., np.newaxis, :]
+    return 0.5 * ((other < one).sum(axis=-1) + (other <= one).sum(axis=-1) + 1)
+
+
 def bootstrap_interval(
     table: NDArray[np.float64],
     statistic: Callable[[NDArray[np.float64]], NDArray[np.float64]],

@@ -13,7 +13,7 @@ from scipy import stats
 
 from fabric_study.statistics.descriptive import snap
 from fabric_study.statistics.outcome import ALPHA
-from fabric_study.statistics.pairs import signed_rank, t_statistic
+from fabric_study.statistics.pairs import signed_rank, t_p, t_statistic
 from fabric_study.statistics.repeated import anova_statistics, kendall_w
 
 STUDIES = 2000
@@ -59,7 +59,8 @@ def default_p(outcomes: list[Floats]) -> Floats:
     """Return the p-value of the default test of each study: paired t, or repeated measures."""
     means = _means(outcomes)
     if len(outcomes) == 2:
-        return t_statistic(means[..., 0] - means[..., 1])[1]
+        differences = means[..., 0] - means[..., 1]
+        return t_p(t_statistic(differences), differences.shape[-1] - 1)
     return anova_statistics(means).p
 
 

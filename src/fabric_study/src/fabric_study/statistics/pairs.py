@@ -5,7 +5,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import optimize, stats
 
-from fabric_study.statistics.descriptive import bootstrap_interval, snap
+from fabric_study.statistics.descriptive import bootstrap_interval, midranks, snap
 from fabric_study.statistics.outcome import CONFIDENCE, Effect, NoResult, Outcome, Result
 
 TAIL = (1.0 - CONFIDENCE) / 2.0
@@ -15,13 +15,16 @@ BOOTSTRAP_SEED = 20260
 Floats = NDArray[np.float64]
 
 
-def t_statistic(differences: Floats) -> tuple[Floats, Floats]:
-    """Return t and its two-sided p for differences (..., n_people); NaN where all are equal."""
-    n = differences.shape[-1]
-    mean = differences.mean(axis=-1)
-    sd = spread(differences)
-    t = np.divide(mean * np.sqrt(n), sd, out=np.full(np.shape(mean), np.nan), where=sd > 0.0)
-    return t, 2.0 * stats.t.sf(np.abs(t), n - 1)
+def t_statistic(differences: Floats) -> Floats:
+    """Return t of differences (..., n_people), (...,); NaN where all are equal."""
+    mean, sd = differences.mean(axis=-1), spread(differences)
+    empty = np.full(np.shape(mean), np.nan)
+    return np.divide(mean * np.sqrt(differences.shape[-1]), sd, out=empty, where=sd > 0.0)
+
+
+def t_p(t: ArrayLike, df: int) -> Floats:
+    """Return the two-sided p of t, NaN of NaN."""
+    return 2.0 * stats.t.sf(np.abs(t), df)
 
 
 def spread(values: Floats) -> Floats:
@@ -40,7 +43,7 @@ def paired_t(differences: ArrayLike) -> Outcome:
     n = values.size
     if reason := _degenerate(values):
         return NoResult("paired t", reason)
-    t, p = (float(value) for value in t_statistic(values))
+    t = float(t_statistic(values))
     mean = float(values.mean())
     half = float(stats.t.ppf(1.0 - TAIL, n - 1) * values.std(ddof=1) / np.sqrt(n))
     low, high = noncentral_interval(t, n - 1)
@@ -48,7 +51,7 @@ def paired_t(differences: ArrayLike) -> Outcome:
         Effect("difference", mean, mean - half, mean + half),
         Effect("dz", t / np.sqrt(n), low / np.sqrt(n), high / np.sqrt(n)),
     )
-    return Result("paired t", n, "t", t, (n - 1,), p, effects)
+    return Result("paired t", n, "t", t, (n - 1,), float(t_p(t, n - 1)), effects)
 
 
 def noncentral_interval(t: float, df: int) -> tuple[float, float]:
@@ -93,7 +96,7 @@ def wilcoxon(differences: ArrayLike) -> Outcome:
 
 def signed_rank(differences: Floats) -> tuple[float, float]:
     """Return the rank sum of the positive differences (n,) and its two-sided p, see `wilcoxon`."""
-    doubled = np.rint(2.0 * stats.rankdata(np.abs(differences))).astype(int)
+    doubled = np.rint(2.0 * midranks(np.abs(differences))).astype(int)
     up = int(doubled[differences > 0.0].sum())
     sides = doubled[differences != 0.0]
     exact = differences.size <= LARGEST_EXACT
@@ -102,7 +105,7 @@ def signed_rank(differences: Floats) -> tuple[float, float]:
 
 def rank_biserial(differences: Floats) -> Floats:
     """Return the matched-pairs rank-biserial correlation of differences (..., n), Pratt ranks."""
-    ranks = stats.rankdata(np.abs(differences), axis=-1)
+    ranks = midranks(np.abs(differences))
     return (ranks * np.sign(differences)).sum(axis=-1) / ranks.sum(axis=-1)
 
 

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import linalg, stats
 
-from fabric_study.statistics.descriptive import bootstrap_interval, snap
+from fabric_study.statistics.descriptive import bootstrap_interval, midranks, snap
 from fabric_study.statistics.outcome import Effect, NoResult, Outcome, Result
 
 BOOTSTRAP_SEED = 20261
@@ -104,7 +104,7 @@ def _box_p(chi2: float, df: float, d: int, m: int, scale: float) -> float:
 def kendall_w(tables: Floats) -> Floats:
     """Return Kendall's W of tables (..., n_people, k), corrected for ties; NaN if all tie."""
     n, k = tables.shape[-2:]
-    ranks = stats.rankdata(tables, axis=-1) - (k + 1) / 2.0
+    ranks = midranks(tables) - (k + 1) / 2.0
     between = (ranks.mean(axis=-2) ** 2).sum(axis=-1)
     largest = (ranks**2).sum(axis=(-2, -1)) / n
     return np.divide(between, largest, out=np.full(np.shape(between), np.nan), where=largest > 0.0)
