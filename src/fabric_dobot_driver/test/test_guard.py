@@ -22,13 +22,13 @@ HOLD = b"hold!"
 POSE = commands.POSE
 #: Opens the port, posts a guard, says that it is ready, and beats until it is killed.
 DRIVER = """
-import os, sys, time
+import os, select, sys
 from fabric_dobot_driver.guard import Guard
 guard = Guard(os.open(sys.argv[1], os.O_RDWR | os.O_NOCTTY), float(sys.argv[2]), b"hold!")
 print(guard.pid, flush=True)
 while True:
     guard.beat()
-    time.sleep(0.01)
+    select.select([], [], [], 0.01)
 """
 
 
