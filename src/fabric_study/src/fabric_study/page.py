@@ -9,7 +9,8 @@ PAGE = """<!DOCTYPE html>
 <meta name="viewport" content="width=device-width, initial-scale=1"><title>{title}</title><style>
 body {{ font: 15px/1.5 sans-serif; max-width: 72rem; margin: 2rem auto; padding: 0 1rem; }}
 h2 {{ margin-top: 2.5rem; border-bottom: 2px solid #333; }} h3 {{ margin-top: 1.8rem; }}
-table {{ border-collapse: collapse; margin: 1rem 0; font-variant-numeric: tabular-nums; }}
+table {{ border-collapse: collapse; margin: 1rem 0; font-variant-numeric: tabular-nums;
+  min-width: 36rem; }}
 caption {{ text-align: left; padding-bottom: .3rem; }} figcaption {{ margin-top: .3rem; }}
 caption, figcaption {{ font-size: 14px; color: #333; max-width: 60rem; }}
 th, td {{ padding: .2rem .7rem; border-bottom: 1px solid #ddd; text-align: right; }}
@@ -18,7 +19,7 @@ th:first-child, td:first-child {{ text-align: left; }}
 .words th, .words td {{ text-align: left; vertical-align: top; }}
 .words td:first-child, .tests td:first-child {{ min-width: 9rem; }}
 .tests th, .tests td {{ padding: .2rem .5rem; vertical-align: top; }} .tests {{ font-size: 13px; }}
-tr.group td {{ border-top: 1px solid #888; }}
+tr.group td {{ border-top: 2px solid #999; }}
 .wide {{ overflow-x: auto; font-size: 12px; }} svg {{ max-width: 100%; height: auto; }}
 figure {{ margin: 1.2rem 0; }} .note {{ color: #444; font-size: 14px; max-width: 60rem; }}
 .banner {{ background: #fff3cd; border: 2px solid #b58900;

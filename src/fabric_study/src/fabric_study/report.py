@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""One HTML file for a run folder: `python -m fabric_study.report DIR`."""
+"""One HTML file for a run or study folder: `python -m fabric_study.report DIR`."""
 
 import argparse
 import sys
@@ -19,6 +19,7 @@ from fabric_study.results import (
     summary_table,
 )
 from fabric_study.run_record import read_run
+from fabric_study.store import STORE_FILE
 
 FILE_NAME = "report.html"
 
@@ -64,12 +65,26 @@ def write_report(folder: Path) -> Path:
     return path
 
 
+def _report_study(folder: Path) -> None:
+    from fabric_study.study_report import write_study_report  # pandas takes a second to load
+
+    page, missing = write_study_report(folder)
+    print(page)
+    print(missing or page.with_suffix(".pdf"))
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Command line; returns 0, or 2 when the folder cannot be reported on."""
-    parser = argparse.ArgumentParser(prog="report", description="Report on a run folder.")
-    parser.add_argument("folder", type=Path, help="folder that holds results.csv")
+    parser = argparse.ArgumentParser(
+        prog="report", description="Report on a run or a study folder."
+    )
+    parser.add_argument("folder", type=Path, help="folder that holds results.csv or study.sqlite")
+    folder = parser.parse_args(arguments).folder
     try:
-        print(write_report(parser.parse_args(arguments).folder))
+        if (folder / STORE_FILE).exists():
+            _report_study(folder)
+        else:
+            print(write_report(folder))
     except (OSError, ValueError) as error:
         print(f"report: {error}", file=sys.stderr)
         return 2

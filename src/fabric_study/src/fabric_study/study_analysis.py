@@ -67,7 +67,7 @@ class Analysis:
     answers: Mapping[str, Studied]  # Likert statements
     task_load: Mapping[str, Studied]  # scales of the NASA-TLX, overall, weighted
     choices: Mapping[str, Choice]
-    power: Mapping[tuple[str, str, str], PowerCurve | NoResult]  # measure, first, second
+    power: Mapping[tuple[str, str, str], tuple[np.ndarray, PowerCurve | NoResult]]  # see _power
 
     @property
     def simulated(self) -> bool:
@@ -125,7 +125,7 @@ def studied(
     scaled = frame[frame["condition"].isin(list(conditions))].copy()
     scaled["value"] = pd.to_numeric(scaled[measure.column]).astype(float) * measure.factor
     rows = rows_of(scaled, "value", conditions)
-    rows["condition"] = pd.Categorical(rows["condition"], list(conditions))
+    rows["condition"] = pd.Categorical(rows["condition"], list(conditions), ordered=True)
     after_tasks = bool((rows["number"] > 0).all()) and rows["number"].nunique() > 1
     rows["in_condition"] = rows.groupby(["person", "condition"], observed=True)["number"].rank()
     return Studied(
@@ -227,12 +227,12 @@ def _labels(protocol: Protocol | None, instrument: str, item: str) -> dict[str, 
 
 def _power(
     measures: Mapping[str, Studied],
-) -> dict[tuple[str, str, str], PowerCurve | NoResult]:
-    """Return the power curve of every pair of conditions in every measure."""
+) -> dict[tuple[str, str, str], tuple[np.ndarray, PowerCurve | NoResult]]:
+    """Return per-person differences and power curve by measure, first and second condition."""
     found = {}
     for name, item in measures.items():
         means = item.comparison.means
         for pair in item.comparison.pairs:
-            differences = (means[pair.first] - means[pair.second]).dropna().to_numpy(float)
-            found[name, pair.first, pair.second] = power_curve(differences, POWER_SEED)
+            seen = (means[pair.first] - means[pair.second]).dropna().to_numpy(float)
+            found[name, pair.first, pair.second] = (seen, power_curve(seen, POWER_SEED))
     return found

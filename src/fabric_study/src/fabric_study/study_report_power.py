@@ -5,17 +5,21 @@ power.csv has a row for each measure, pair of conditions and number of people. I
 more simulated people than the study has, and says so.
 """
 
+from collections.abc import Mapping
 from pathlib import Path
 
 import matplotlib
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402  # the back end is chosen first
+import numpy as np  # noqa: E402
 import pandas as pd  # noqa: E402
+from numpy.typing import NDArray  # noqa: E402
 
 from fabric_study.figure import STYLE, svg_of  # noqa: E402
 from fabric_study.page import heading, html_figure, html_table, paragraph  # noqa: E402
-from fabric_study.statistics.power import TARGET  # noqa: E402
+from fabric_study.statistics.outcome import NoResult  # noqa: E402
+from fabric_study.statistics.power import TARGET, PowerCurve  # noqa: E402
 from fabric_study.study_measures import MEASURES  # noqa: E402
 
 POWER_FILE = "power.csv"
@@ -31,6 +35,13 @@ NOTE = (
     "again from {people} simulated people; in brackets the 95 % interval, because these are a "
     "sample, too. All of it holds for the simulated people and their answers, and for nobody else."
 )
+OBSERVED = (
+    "Power: the chance that a study of n people finds the difference by the paired t test at 5 % "
+    "(means of people, one test, no correction for several), if people are as the {people} here. "
+    "Studies were drawn from these; the 95 % interval in brackets says how little that tells. It "
+    "is for planning the next study: of this one it says nothing that its p-values do not."
+)
+Floats = NDArray[np.float64]
 
 
 def read_power(path: Path) -> pd.DataFrame:
@@ -67,8 +78,34 @@ def power_parts(folder: Path) -> list[str]:
     return [
         heading("How many people, by simulated ones"),
         paragraph(NOTE.format(people=most), "note"),
-        *([html_figure(power_svg(table), caption)] if len(table) else []),
-        html_table(_lines(table), "wide"),
+        *([html_figure(power_svg(table, "simulated: "), caption)] if len(table) else []),
+        html_table(_lines(table), "wide", "simulated people: what a study of n people would find"),
+    ]
+
+
+def observed_power_parts(
+    curves: Mapping[tuple[str, str, str], tuple[Floats, PowerCurve | NoResult]], simulated: bool
+) -> list[str]:
+    """Return the HTML parts from the people of the study itself, none without any curve.
+
+    curves: per-person differences and curve, by measure, first and second condition.
+    """
+    rows = [
+        (*key, len(seen), seen.mean(), seen.std(ddof=1), *point)
+        for key, (seen, curve) in curves.items()
+        if isinstance(curve, PowerCurve)
+        for point in zip(curve.sizes, curve.power, curve.low, curve.high, strict=True)
+    ]
+    if not rows:
+        return []
+    table = pd.DataFrame(rows, columns=[*GROUP, *NUMBERS])
+    mark = "simulated: " if simulated else ""
+    caption = f"{mark}power against the number of people; dashed: {TARGET:.0%}"
+    return [
+        heading("How many people the next study needs"),
+        paragraph(OBSERVED.format(people=int(table["simulated_people"].max())), "note"),
+        html_figure(power_svg(table, mark), caption),
+        html_table(_lines(table), "wide", f"{mark}what a study of n people would find"),
     ]
 
 
@@ -97,8 +134,11 @@ def _chance(rows: pd.DataFrame, people: int) -> str:
     return f"{row['power']:.0%} [{row['low_95']:.0%}, {row['high_95']:.0%}]"
 
 
-def power_svg(table: pd.DataFrame) -> str:
-    """Return the curves of the measures of tasks as SVG, a panel for each pair of conditions."""
+def power_svg(table: pd.DataFrame, mark: str) -> str:
+    """Return the curves of the measures of tasks as SVG, a panel for each pair of conditions.
+
+    mark: what every title begins with.
+    """
     shown = table[table["measure"].isin(TITLES)]
     groups = list(shown.groupby(["first", "second"], sort=False))
     rows = -(-len(groups) // PANELS_A_ROW)
@@ -109,7 +149,7 @@ def power_svg(table: pd.DataFrame) -> str:
             sharey=True, layout="constrained",
         )  # fmt: skip
         for panel, ((first, second), curves) in zip(axes.flat, groups, strict=False):
-            _draw(panel, f"{first} - {second}", curves)
+            _draw(panel, f"{mark}{first} - {second}", curves)
         for panel in list(axes.flat)[len(groups) :]:
             panel.set_visible(False)
         handles = {name: line for panel in axes.flat for line, name in _drawn(panel)}
@@ -126,7 +166,7 @@ def _draw(panel: plt.Axes, title: str, curves: pd.DataFrame) -> None:
             curve["people"], curve["low_95"], curve["high_95"], color=colour, alpha=0.1, linewidth=0
         )
     panel.axhline(TARGET, color="black", linewidth=0.6, linestyle="--")
-    panel.set(title=f"simulated: {title}", xlabel="people", ylabel="power", ylim=(0.0, 1.0))
+    panel.set(title=title, xlabel="people", ylabel="power", ylim=(0.0, 1.0))
 
 
 def _drawn(panel: plt.Axes) -> list[tuple[plt.Artist, str]]:

@@ -4,7 +4,7 @@
     python3 -m fabric_sim.rehearsal.command protocol:=experiment-1 people:=14 seed:=101 ...
 
 Writes a study folder as the console does (study.json says that it is simulated), power.csv, and
-rehearsal.html with the published values beside. Equal words give equal records apart from the
+the study's report with the published values beside. Equal words give equal records apart from the
 study's id.
 """
 
@@ -21,17 +21,12 @@ from fabric_sim.rehearsal.people import Laboratory, play_visits
 from fabric_sim.rehearsal.summary import aligned, beside_published
 from fabric_sim.rehearsal.tables import study_of
 from fabric_sim.rehearsal.visit_record import write_study
-from fabric_study.page import heading, html_page, html_table, paragraph
 from fabric_study.protocol import load_protocol
-from fabric_study.study_data import StudyData, load_study
-from fabric_study.study_report_power import POWER_FILE, power_parts
+from fabric_study.study_data import load_study
+from fabric_study.study_report import write_study_report
+from fabric_study.study_report_power import POWER_FILE
 
-PAGE_FILE = "rehearsal.html"
 BANNER = "Simulated people, simulated answers: nothing here says anything about real people."
-BESIDE = (
-    "Means of {people} simulated people (of a person's tasks first) beside printed ones of real "
-    "people. No answer was fitted to what is printed."
-)
 
 
 @dataclass(frozen=True)
@@ -70,25 +65,10 @@ def rehearse(plan: Plan, laboratory: Laboratory) -> str:
         curves = power.contrasts(many, plan.seed, plan.workers)
         power.table_of(curves).to_csv(plan.out_dir / POWER_FILE, index=False)
         paths.append(plan.out_dir / POWER_FILE)
-    study = load_study(plan.out_dir)
-    paths.append(write_page(plan.out_dir, study))
-    told = [*aligned(beside_published(study)), BANNER]
-    return "\n".join([*told, *(f"wrote {path}" for path in paths)])
-
-
-def write_page(folder: Path, study: StudyData) -> Path:
-    """Write the page of a rehearsed study and return its path."""
-    title = f"{study.meta['protocol']}, rehearsed by simulated people (seed {study.meta['seed']})"
-    parts = [
-        paragraph(BANNER, "banner"),
-        heading("Beside the published values"),
-        paragraph(BESIDE.format(people=len(study.people)), "note"),
-        html_table(beside_published(study)),
-        *power_parts(folder),
-    ]
-    path = folder / PAGE_FILE
-    path.write_text(html_page(title, parts), encoding="utf-8")
-    return path
+    page, no_pdf = write_study_report(plan.out_dir)
+    paths += [page] if no_pdf else [page, page.with_suffix(".pdf")]
+    told = [*aligned(beside_published(load_study(plan.out_dir))), BANNER]
+    return "\n".join(filter(None, [*told, no_pdf, *(f"wrote {path}" for path in paths)]))
 
 
 def main(words: Sequence[str]) -> int:

@@ -50,6 +50,9 @@ def tukey_hsd(samples: Sequence[np.ndarray], names: Sequence[str]) -> list[PairO
     overall = one_way_anova(samples)
     if isinstance(overall, NoResult):
         return [PairOutcome(names[i], names[j], NoResult(TUKEY, overall.reason)) for i, j in pairs]
+    if min(map(len, samples)) < 2:
+        reason = "a condition has a single row"
+        return [PairOutcome(names[i], names[j], NoResult(TUKEY, reason)) for i, j in pairs]
     told = stats.tukey_hsd(*samples)
     interval = told.confidence_interval()
     within, q = overall.df[1], _studentized(samples)
@@ -75,19 +78,21 @@ def _studentized(samples: Sequence[np.ndarray]) -> np.ndarray:
     return np.abs(means[:, None] - means[None, :]) / error
 
 
-def published_pairs(rows: pd.DataFrame, conditions: Sequence[str]) -> list[PairOutcome]:
+def published_pairs(
+    rows: pd.DataFrame, conditions: Sequence[str], of_people: bool = False
+) -> list[PairOutcome]:
     """Return a one-way ANOVA of every pair of conditions, on the rows the publication used.
 
-    rows: of `layout.rows_of`. Rows are tasks where both conditions have equally many (F(1, 82) in
-    Fig. 6.18e), else the means of people (F(1, 26)).
+    rows: of `layout.rows_of`. Rows are tasks where people have equally many in both conditions
+    (F(1, 82) in Fig. 6.18e), else means of people (F(1, 26)); always the latter with of_people.
     """
+    counts = rows.groupby(["person", "condition"], observed=True).size().unstack(fill_value=0)
+    most = counts.reindex(columns=list(conditions), fill_value=0).max()
+    means = rows.groupby(["person", "condition"], observed=True)["value"].mean().reset_index()
     found = []
     for first, second in combinations(conditions, 2):
-        samples = [_values(rows, name) for name in (first, second)]
-        if len(samples[0]) != len(samples[1]):
-            means = rows.groupby(["person", "condition"], observed=True)["value"].mean()
-            table = means.reset_index()
-            samples = [_values(table, name) for name in (first, second)]
+        table = means if of_people or most[first] != most[second] else rows
+        samples = [_values(table, name) for name in (first, second)]
         found.append(PairOutcome(first, second, one_way_anova(samples)))
     return found
 

@@ -81,7 +81,7 @@ def compare(
         pairs=_pairs(complete, ordinal),
         mixed=None if ordinal or len(conditions) < 2 else mixed_conditions(rows),
         published_omnibus=one_way_anova(samples) if several else None,
-        published=tuple(published_pairs(rows, conditions)),
+        published=tuple(published_pairs(rows, conditions, of_people=ordinal)),
         tukey=tuple(tukey_hsd(samples, conditions)) if several else (),
     )
 

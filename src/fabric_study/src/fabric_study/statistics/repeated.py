@@ -87,9 +87,7 @@ def mauchly(table: ArrayLike) -> Outcome:
     scale = n - 1 - (2.0 * d * d + d + 2.0) / (6.0 * d)
     df = d * (d + 1) / 2 - 1
     chi2 = -scale * np.log(W)
-    return Result(
-        name, n, "W", W, (df,), _box_p(chi2, df, d, n - 1, scale), note=f"chi2 {chi2:.2f}"
-    )
+    return Result(name, n, "W", W, (df,), _box_p(chi2, df, d, n - 1, scale), note=f"χ² {chi2:.2f}")
 
 
 def _box_p(chi2: float, df: float, d: int, m: int, scale: float) -> float:
@@ -125,7 +123,7 @@ def friedman(table: ArrayLike) -> Outcome:
         return NoResult(name, f"all {n} people are the same in all conditions")
     chi2 = n * (k - 1) * W
     effect = Effect("W", W, *bootstrap_interval(values, kendall_w, BOOTSTRAP_SEED))
-    return Result(name, n, "chi2", chi2, (k - 1,), float(stats.chi2.sf(chi2, k - 1)), (effect,))
+    return Result(name, n, "χ²", chi2, (k - 1,), float(stats.chi2.sf(chi2, k - 1)), (effect,))
 
 
 def _checked(table: ArrayLike) -> Floats:
