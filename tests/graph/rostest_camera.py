@@ -188,7 +188,9 @@ class CameraLoop(unittest.TestCase):
     def test_who_sees_and_decides_hears_nothing_that_a_real_cell_does_not_tell(self) -> None:
         self.assertFalse(topics_heard_by(SEEING) & HIDDEN)
         self.assertIn("/truth", topics_heard_by({"/recorder"}))
-        self.assertIn("/sim/scene", topics_heard_by({"/camera"}))
+        self.assertIn(
+            "/sim/scene", topics_heard_by({"/cell_camera"}) & topics_heard_by({"/head_camera"})
+        )
 
     def test_the_container_holds_the_cube_that_truly_lies_there(self) -> None:
         scene = self.said("sim/scene")[-1]
